@@ -1,0 +1,1 @@
+//! Files of claror: see the modules.

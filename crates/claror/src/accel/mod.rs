@@ -1,0 +1,1 @@
+//! The ray kernel: bounding volume hierarchy over all shapes.

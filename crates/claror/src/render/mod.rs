@@ -1,0 +1,1 @@
+//! Tile schedule, progress, cancellation, checkpoint state, statistics.
