@@ -1,1 +1,16 @@
-//! Files of claror: see the modules.
+//! Everything of claror that meets a file: scene files, meshes, pictures, checkpoints.
+//!
+//! Readers treat every file as hostile: they return [`Diagnostic`]s or a [`ReadError`], never
+//! panic, and stay within [`Limits`]. Writers replace a file as a whole or not at all.
+
+pub mod checkpoint;
+pub mod compare;
+pub mod diagnostic;
+pub mod image;
+pub mod limits;
+pub mod mesh;
+pub mod scene;
+pub mod write;
+
+pub use diagnostic::{Diagnostic, ReadError, Severity};
+pub use limits::Limits;

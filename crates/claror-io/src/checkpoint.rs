@@ -1,0 +1,1 @@
+//! Checkpoints of renders in progress.

@@ -1,0 +1,1 @@
+//! Scene files: the Mitsuba 3 XML dialect.
