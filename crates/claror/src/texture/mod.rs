@@ -1,4 +1,13 @@
 //! Textures: values over a surface.
+//!
+//! The conventions are Mitsuba 3.9's, checked against its plugins value by value: pixel centres
+//! at half integers, row 0 at `v = 0`, checkerboard cells of half a unit with `color0` at the
+//! origin, `eval_1` of a coloured bitmap its luminance.
+
+mod bitmap;
+mod eval;
+#[cfg(test)]
+mod tests;
 
 use crate::image::Image;
 use crate::spectrum::Rgb;
