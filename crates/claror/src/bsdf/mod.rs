@@ -1,8 +1,23 @@
 //! Materials: bidirectional scattering distribution functions.
 //!
-//! [`Bsdf`] holds a material's parameters as textures. At a hit it is evaluated once into a
-//! `BsdfAtHit`, a short list of weighted lobes without textures, which then is evaluated and
-//! sampled.
+//! [`Bsdf`] holds a material's parameters as textures. At a hit it is read once into a
+//! [`BsdfAtHit`], a short list of weighted lobes without textures, which then is evaluated and
+//! sampled. One file per model; `lobe` dispatches over them, `read` makes the lobes.
+
+mod at_hit;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod fresnel;
+mod lobe;
+mod null;
+mod prepare;
+mod read;
+#[cfg(test)]
+mod tests;
+
+pub use at_hit::{BsdfAtHit, BsdfEval, BsdfSample, MAX_LOBES};
+pub use prepare::BsdfError;
 
 use crate::texture::TextureId;
 
@@ -137,4 +152,13 @@ pub struct Principled {
 pub struct BsdfTable {
     /// Materials, by [`BsdfId`]. Nested materials have smaller ids than what holds them.
     pub bsdfs: Vec<Bsdf>,
+    /// What [`BsdfTable::prepare`] computes ahead, by [`BsdfId`].
+    prepared: Vec<prepare::Prepared>,
+}
+
+impl BsdfTable {
+    /// A table of these materials, still to be [prepared](BsdfTable::prepare).
+    pub fn new(bsdfs: Vec<Bsdf>) -> Self {
+        Self { bsdfs, prepared: Vec::new() }
+    }
 }

@@ -3,6 +3,7 @@
 mod frame;
 mod ray;
 mod transform;
+pub mod warp;
 
 pub use frame::Frame;
 pub use glam::{

@@ -1,0 +1,196 @@
+//! A material at one point of a surface, ready to be evaluated and sampled.
+
+use arrayvec::ArrayVec;
+
+use super::lobe::{Lobe, LobeEval, LobeSample};
+use crate::math::{Frame, Vec2, Vec3};
+use crate::spectrum::Rgb;
+
+/// Most lobes that one material may resolve to; [`super::BsdfTable::validate`] refuses more.
+pub const MAX_LOBES: usize = 8;
+/// Most nested perturbations of the shading frame (bump and normal maps) in one material.
+pub(super) const MAX_GUARDS: usize = 8;
+
+/// What a material says about one pair of directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BsdfEval {
+    /// Scattering function times `|cos θ|` between the light's direction and the shading normal.
+    /// Delta components are left out. Radiance that was refracted is scaled by the squared ratio
+    /// of the indices, as Mitsuba does when it carries radiance.
+    pub value: Rgb,
+    /// The diffuse part of `value`: see [`BsdfAtHit::diffuse_albedo`] for what counts.
+    pub diffuse: Rgb,
+    /// Density by solid angle with which [`BsdfAtHit::sample`] chooses the light's direction.
+    pub pdf: f32,
+}
+
+/// A direction chosen by a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BsdfSample {
+    /// Towards the light, world space, unit length.
+    pub wi: Vec3,
+    /// Scattering function times `|cos θ|` over density.
+    pub weight: Rgb,
+    /// The diffuse part of `weight`.
+    pub diffuse_weight: Rgb,
+    /// Density by solid angle, selection of the lobe included; for a delta component the
+    /// probability with which it was chosen.
+    pub pdf: f32,
+    /// Index of refraction behind the crossed interface over that before it; 1 for reflection.
+    pub eta: f32,
+    /// The direction is the only one of its component: light sampling cannot find it.
+    pub is_delta: bool,
+    /// Nothing happened: the path goes straight on through an invisible surface.
+    pub is_null: bool,
+    /// `wi` leaves on the other side of the surface.
+    pub is_transmission: bool,
+}
+
+/// One lobe of a material: a share, a frame and a model.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WeightedLobe {
+    /// Share of this lobe, also the probability of choosing it.
+    pub(super) weight: f32,
+    /// Where in the list of guards those of this lobe begin, and how many there are.
+    pub(super) guards: (u8, u8),
+    /// The frame in which the lobe works. Left-handed where `twosided` turned the normal round.
+    pub(super) frame: Frame,
+    /// Towards the viewer, in that frame.
+    pub(super) wo: Vec3,
+    /// The model.
+    pub(super) lobe: Lobe,
+}
+
+/// A material at one point of a surface: a few weighted lobes, without textures and nesting.
+/// Made by [`super::BsdfTable::at_hit`]; remembers the direction towards the viewer.
+#[derive(Debug, Clone)]
+pub struct BsdfAtHit {
+    /// Weights sum to at most 1.
+    pub(super) lobes: ArrayVec<WeightedLobe, MAX_LOBES>,
+    /// Shading normals as they were before bump and normal maps replaced them.
+    pub(super) guards: ArrayVec<Vec3, MAX_GUARDS>,
+}
+
+impl BsdfAtHit {
+    /// A material that scatters nothing.
+    pub(super) fn empty() -> Self {
+        Self { lobes: ArrayVec::new(), guards: ArrayVec::new() }
+    }
+
+    /// Value and density for light from the world-space unit direction `wi`.
+    pub fn eval(&self, wi: Vec3) -> BsdfEval {
+        if let [only] = self.lobes.as_slice()
+            && only.weight == 1.0
+        {
+            let e = self.eval_lobe(only, wi);
+            return BsdfEval { value: e.value, diffuse: e.diffuse, pdf: e.pdf };
+        }
+        let mut sum = BsdfEval { value: Rgb::BLACK, diffuse: Rgb::BLACK, pdf: 0.0 };
+        for lobe in &self.lobes {
+            let e = self.eval_lobe(lobe, wi);
+            sum.value += e.value * lobe.weight;
+            sum.diffuse += e.diffuse * lobe.weight;
+            sum.pdf += e.pdf * lobe.weight;
+        }
+        sum
+    }
+
+    /// Chooses a direction towards the light. `u_lobe` chooses the lobe and its component, `u`
+    /// the direction. `None` when the path ends here: nothing is scattered, or the chosen
+    /// direction cannot occur.
+    pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let (lobe, u_component) = self.choose(u_lobe)?;
+        let sample = lobe.lobe.sample(lobe.wo, u_component, u)?;
+        let wi = lobe.frame.to_world(sample.wi);
+        if !self.passes_guards(lobe, wi, sample.wi.z) {
+            return None;
+        }
+        let mut result = Self::world_sample(lobe, &sample, wi);
+        if !sample.is_delta && self.lobes.len() > 1 {
+            // The direction might have come from any of the lobes: one-sample mixture density.
+            let e = self.eval(wi);
+            if e.pdf <= 0.0 {
+                return None;
+            }
+            result.weight = e.value / e.pdf;
+            result.diffuse_weight = e.diffuse / e.pdf;
+            result.pdf = e.pdf;
+        }
+        Some(result)
+    }
+
+    /// Whether some component is not a delta function, so that light sampling makes sense.
+    pub fn has_smooth(&self) -> bool {
+        self.lobes.iter().any(|l| l.lobe.is_smooth())
+    }
+
+    /// Whether the surface is invisible here.
+    pub fn is_null_only(&self) -> bool {
+        !self.lobes.is_empty() && self.lobes.iter().all(|l| matches!(l.lobe, Lobe::Null))
+    }
+
+    /// Directional albedo, for light from everywhere equally, of the diffuse part (the `diffuse`
+    /// of [`BsdfEval`]): reflected radiance is this over π times the irradiance.
+    ///
+    /// Exact for any illumination where the diffuse part is truly Lambertian (`diffuse`). The
+    /// base of `plastic` and `roughplastic` counts as diffuse, too: its transmission factor
+    /// towards the viewer is that of this viewer, its factor from the light, which depends on the
+    /// light's direction, is replaced by its cosine-weighted mean. The base of `principled` does
+    /// not count: its retro-reflection and sheen depend on both directions.
+    pub fn diffuse_albedo(&self) -> Rgb {
+        self.lobes.iter().fold(Rgb::BLACK, |sum, l| sum + l.lobe.diffuse_albedo(l.wo) * l.weight)
+    }
+
+    /// Mitsuba's `albedo` layer: the base colour of the material where it has one, π times the
+    /// value for light from the normal otherwise, whatever the side; transparency left out.
+    pub fn albedo(&self) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        let mut opaque = 0.0;
+        for l in self.lobes.iter().filter(|l| !matches!(l.lobe, Lobe::Null)) {
+            sum += l.lobe.albedo() * l.weight;
+            opaque += l.weight;
+        }
+        if opaque > 0.0 { sum / opaque } else { Rgb::BLACK }
+    }
+
+    fn eval_lobe(&self, lobe: &WeightedLobe, wi: Vec3) -> LobeEval {
+        let local = lobe.frame.to_local(wi);
+        if !self.passes_guards(lobe, wi, local.z) {
+            return LobeEval::ZERO;
+        }
+        lobe.lobe.eval(lobe.wo, local)
+    }
+
+    /// Chooses a lobe by its weight and stretches the random number for reuse.
+    fn choose(&self, u: f32) -> Option<(&WeightedLobe, f32)> {
+        let mut u = u;
+        for lobe in &self.lobes {
+            if u < lobe.weight {
+                return Some((lobe, (u / lobe.weight).min(1.0 - f32::EPSILON / 2.0)));
+            }
+            u -= lobe.weight;
+        }
+        // Weights sum to 1 but for rounding: what is left belongs to the last lobe.
+        self.lobes.last().map(|lobe| (lobe, 1.0 - f32::EPSILON / 2.0))
+    }
+
+    /// A perturbed normal must not make light leak through the surface: `wi` has to be on the
+    /// same side of all normals that bump and normal maps replaced and of the lobe's own.
+    fn passes_guards(&self, lobe: &WeightedLobe, wi: Vec3, cos_local: f32) -> bool {
+        let (first, count) = (usize::from(lobe.guards.0), usize::from(lobe.guards.1));
+        count == 0 || self.guards[first..first + count].iter().all(|n| n.dot(wi) * cos_local > 0.0)
+    }
+
+    fn world_sample(lobe: &WeightedLobe, s: &LobeSample, wi: Vec3) -> BsdfSample {
+        BsdfSample {
+            wi,
+            weight: s.weight,
+            diffuse_weight: s.diffuse_weight,
+            pdf: if s.is_delta { s.pdf * lobe.weight } else { s.pdf },
+            eta: s.eta,
+            is_delta: s.is_delta,
+            is_null: lobe.lobe.is_null_sample(s.wi.z * lobe.wo.z < 0.0),
+            is_transmission: s.wi.z * lobe.wo.z < 0.0,
+        }
+    }
+}

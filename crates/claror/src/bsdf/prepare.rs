@@ -1,0 +1,213 @@
+//! Checks of a table of materials, and what is computed once before rendering.
+
+use super::at_hit::{MAX_GUARDS, MAX_LOBES};
+use super::{Bsdf, BsdfId, BsdfTable};
+use crate::shape::ShapeTable;
+use crate::texture::{Texture, TextureId, TextureTable};
+
+/// Why a table of materials cannot be rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum BsdfError {
+    /// A material refers to one that does not exist, or that does not come before it.
+    #[error("material {} holds material {}, which does not come before it", .bsdf.0, .nested.0)]
+    NestedOutOfOrder {
+        /// The outer material.
+        bsdf: BsdfId,
+        /// What it refers to.
+        nested: BsdfId,
+    },
+    /// A material refers to a texture that does not exist.
+    #[error("material {} uses texture {}, which does not exist", .bsdf.0, .texture.0)]
+    MissingTexture {
+        /// The material.
+        bsdf: BsdfId,
+        /// What it refers to.
+        texture: TextureId,
+    },
+    /// Too many models are blended in one material.
+    #[error("material {} blends {lobes} models; at most {MAX_LOBES} are supported", .bsdf.0)]
+    TooManyLobes {
+        /// The material.
+        bsdf: BsdfId,
+        /// Models in it.
+        lobes: usize,
+    },
+    /// Too many bump and normal maps in one material.
+    #[error("material {} nests {maps} bump and normal maps; at most {MAX_GUARDS} are supported", .bsdf.0)]
+    TooManyMaps {
+        /// The material.
+        bsdf: BsdfId,
+        /// Maps in it.
+        maps: usize,
+    },
+    /// `twosided` around something that lets light through.
+    #[error("material {} is twosided, but what it holds lets light through", .bsdf.0)]
+    TransmissiveTwoSided {
+        /// The material.
+        bsdf: BsdfId,
+    },
+}
+
+/// What is computed ahead for one material.
+#[derive(Debug, Clone, Default)]
+pub(super) enum Prepared {
+    /// Nothing.
+    #[default]
+    None,
+}
+
+/// What is known about a material and all that is nested in it.
+#[derive(Clone, Copy)]
+struct Extent {
+    lobes: usize,
+    maps: usize,
+    transmissive: bool,
+}
+
+impl Extent {
+    const OPAQUE: Self = Self { lobes: 1, maps: 0, transmissive: false };
+    const TRANSMISSIVE: Self = Self { transmissive: true, ..Self::OPAQUE };
+
+    /// Both at once.
+    fn with(self, other: Self) -> Self {
+        Self {
+            lobes: self.lobes + other.lobes,
+            maps: self.maps + other.maps,
+            transmissive: self.transmissive || other.transmissive,
+        }
+    }
+
+    /// One or the other.
+    fn or(self, other: Self) -> Self {
+        Self {
+            lobes: self.lobes.max(other.lobes),
+            maps: self.maps.max(other.maps),
+            transmissive: self.transmissive || other.transmissive,
+        }
+    }
+}
+
+impl BsdfTable {
+    /// Checks the table, then computes what its models need ahead. To be called once before
+    /// [`BsdfTable::at_hit`], and again when a material or its textures change.
+    pub fn prepare(
+        &mut self,
+        textures: &TextureTable,
+        _shapes: &ShapeTable,
+    ) -> Result<(), BsdfError> {
+        self.validate(textures)?;
+        self.prepared = self.bsdfs.iter().map(|_| Prepared::None).collect();
+        Ok(())
+    }
+
+    /// Checks that all references hold, and that every material fits into a [`super::BsdfAtHit`].
+    pub fn validate(&self, textures: &TextureTable) -> Result<(), BsdfError> {
+        let mut extents: Vec<Extent> = Vec::with_capacity(self.bsdfs.len());
+        for (i, bsdf) in self.bsdfs.iter().enumerate() {
+            let id = BsdfId(i as u32);
+            for texture in bsdf.textures() {
+                if texture.0 as usize >= textures.textures.len() {
+                    return Err(BsdfError::MissingTexture { bsdf: id, texture });
+                }
+            }
+            let extent = extent(id, bsdf, textures, &extents)?;
+            if extent.lobes > MAX_LOBES {
+                return Err(BsdfError::TooManyLobes { bsdf: id, lobes: extent.lobes });
+            }
+            if extent.maps > MAX_GUARDS {
+                return Err(BsdfError::TooManyMaps { bsdf: id, maps: extent.maps });
+            }
+            extents.push(extent);
+        }
+        Ok(())
+    }
+}
+
+/// The extent of `bsdf`, given those of all before it.
+fn extent(
+    id: BsdfId,
+    bsdf: &Bsdf,
+    textures: &TextureTable,
+    before: &[Extent],
+) -> Result<Extent, BsdfError> {
+    let nested = |nested: BsdfId| {
+        let found = before.get(nested.0 as usize).copied();
+        found.ok_or(BsdfError::NestedOutOfOrder { bsdf: id, nested })
+    };
+    Ok(match bsdf {
+        Bsdf::TwoSided { front, back } => {
+            let extent = nested(*front)?.or(nested(*back)?);
+            if extent.transmissive {
+                return Err(BsdfError::TransmissiveTwoSided { bsdf: id });
+            }
+            extent
+        }
+        Bsdf::Mask { nested: inner, .. } => nested(*inner)?.with(Extent::TRANSMISSIVE),
+        Bsdf::Blend { first, second, .. } => nested(*first)?.with(nested(*second)?),
+        Bsdf::BumpMap { nested: inner, .. } | Bsdf::NormalMap { nested: inner, .. } => {
+            let inner = nested(*inner)?;
+            Extent { maps: inner.maps + 1, ..inner }
+        }
+        Bsdf::Dielectric { .. }
+        | Bsdf::ThinDielectric { .. }
+        | Bsdf::RoughDielectric { .. }
+        | Bsdf::Null => Extent::TRANSMISSIVE,
+        Bsdf::Principled(p) => match textures.textures[p.spec_trans.0 as usize] {
+            Texture::Constant(c) if c.is_black() => Extent::OPAQUE,
+            _ => Extent::TRANSMISSIVE,
+        },
+        Bsdf::Diffuse { .. }
+        | Bsdf::Conductor { .. }
+        | Bsdf::RoughConductor { .. }
+        | Bsdf::Plastic { .. }
+        | Bsdf::RoughPlastic { .. } => Extent::OPAQUE,
+    })
+}
+
+impl Bsdf {
+    /// The textures that the material itself reads, those of nested materials left out.
+    pub fn textures(&self) -> Vec<TextureId> {
+        match self {
+            Self::Diffuse { reflectance } => vec![*reflectance],
+            Self::Conductor { eta, k, specular_reflectance } => {
+                vec![*eta, *k, *specular_reflectance]
+            }
+            Self::RoughConductor { alpha_u, alpha_v, eta, k, specular_reflectance, .. } => {
+                vec![*alpha_u, *alpha_v, *eta, *k, *specular_reflectance]
+            }
+            Self::Dielectric { specular_reflectance, specular_transmittance, .. }
+            | Self::ThinDielectric { specular_reflectance, specular_transmittance, .. } => {
+                vec![*specular_reflectance, *specular_transmittance]
+            }
+            Self::RoughDielectric {
+                alpha_u,
+                alpha_v,
+                specular_reflectance,
+                specular_transmittance,
+                ..
+            } => vec![*alpha_u, *alpha_v, *specular_reflectance, *specular_transmittance],
+            Self::Plastic { diffuse_reflectance, specular_reflectance, .. }
+            | Self::RoughPlastic { diffuse_reflectance, specular_reflectance, .. } => {
+                vec![*diffuse_reflectance, *specular_reflectance]
+            }
+            Self::Principled(p) => vec![
+                p.base_color,
+                p.roughness,
+                p.anisotropic,
+                p.metallic,
+                p.spec_trans,
+                p.spec_tint,
+                p.sheen,
+                p.sheen_tint,
+                p.flatness,
+                p.clearcoat,
+                p.clearcoat_gloss,
+            ],
+            Self::Mask { opacity, .. } => vec![*opacity],
+            Self::Blend { weight, .. } => vec![*weight],
+            Self::BumpMap { displacement, .. } => vec![*displacement],
+            Self::NormalMap { normal, .. } => vec![*normal],
+            Self::TwoSided { .. } | Self::Null => Vec::new(),
+        }
+    }
+}

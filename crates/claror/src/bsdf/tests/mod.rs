@@ -1,0 +1,4 @@
+//! Tests that concern all material models.
+
+mod delta;
+mod support;
