@@ -50,7 +50,8 @@ fn conductor_channel(cos_i: f32, eta: f32, k: f32) -> f32 {
     let (s1, s2) = (a2_b2 + cos2, 2.0 * cos_i * a);
     let s = (s1 - s2) / (s1 + s2);
     let (p1, p2) = (a2_b2 * cos2 + sin4, s2 * sin2);
-    let p = s * (p1 - p2) / (p1 + p2);
+    // Everything is 0 for eta = k = 0 (a table's out-of-gamut channel) at normal incidence.
+    let p = if p1 + p2 > 0.0 { s * (p1 - p2) / (p1 + p2) } else { s };
     0.5 * (s + p)
 }
 

@@ -9,7 +9,9 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod fresnel;
+mod ior;
 mod lobe;
+mod metals;
 mod null;
 mod prepare;
 mod read;
@@ -17,6 +19,8 @@ mod read;
 mod tests;
 
 pub use at_hit::{BsdfAtHit, BsdfEval, BsdfSample, MAX_LOBES};
+pub use ior::{ior_names, named_ior};
+pub use metals::{metal, metal_names};
 pub use prepare::BsdfError;
 
 use crate::texture::TextureId;

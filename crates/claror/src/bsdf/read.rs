@@ -11,7 +11,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::math::{Frame, Vec3};
 use crate::shape::ShapeTable;
 use crate::spectrum::Rgb;
-use crate::texture::{Texture, TextureId, TextureTable};
+use crate::texture::{TextureId, TextureTable};
 
 /// Where in the tree of nested materials the reader stands.
 #[derive(Clone, Copy)]
@@ -54,15 +54,11 @@ impl BsdfTable {
 
 impl Reader<'_> {
     fn rgb(&self, id: TextureId) -> Rgb {
-        // Constant textures only, until textures can be evaluated.
-        match &self.textures.textures[id.0 as usize] {
-            Texture::Constant(c) => *c,
-            _ => Rgb::splat(0.5),
-        }
+        self.textures.rgb(self.shapes, id, self.si)
     }
 
     fn scalar(&self, id: TextureId) -> f32 {
-        self.rgb(id).r
+        self.textures.scalar(self.shapes, id, self.si)
     }
 
     fn read(&mut self, id: BsdfId, place: Place) {
