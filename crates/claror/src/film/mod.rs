@@ -1,5 +1,9 @@
 //! The film: where radiance is gathered into pixels.
 
+mod filter;
+
+pub use filter::FilterSampler;
+
 /// Reconstruction filter; radii in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterKind {

@@ -1,5 +1,9 @@
 //! Light transport: from a camera ray to radiance.
 
+mod aov;
+
+pub use aov::{Aov, AovKind};
+
 /// Which algorithm, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IntegratorSettings {

@@ -2,7 +2,7 @@
 
 use crate::bsdf::BsdfTable;
 use crate::emitter::EmitterTable;
-use crate::integrator::IntegratorSettings;
+use crate::integrator::{Aov, IntegratorSettings};
 use crate::sensor::Sensor;
 use crate::shape::ShapeTable;
 use crate::texture::TextureTable;
@@ -22,4 +22,6 @@ pub struct SceneTables {
     pub sensors: Vec<Sensor>,
     /// How light is computed.
     pub integrator: IntegratorSettings,
+    /// Further layers of the picture.
+    pub aovs: Vec<Aov>,
 }

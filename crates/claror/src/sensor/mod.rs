@@ -1,5 +1,9 @@
 //! Cameras: from a place on the film to a ray.
 
+mod camera;
+
+pub use camera::Camera;
+
 use crate::film::FilmSettings;
 use crate::math::{Transform, Vec2};
 
