@@ -186,14 +186,15 @@ mod tests {
         }
     }
 
-    /// The density is close to |filter|: along one axis no weight is far from ±∫|f|/∫f.
+    /// The density is close to |filter|: along one axis no weight is far from ±∫|f|/∫f. The last
+    /// cells of filters that end like a parabola have 3 times their mean.
     #[test]
     fn weights_are_bounded() {
         for filter in &ALL[1..] {
             let sampler = FilterSampler::new(*filter);
             for i in 0..10_000 {
                 let (x, w) = sampler.sample_axis((i as f32 + 0.5) / 10_000.0);
-                assert!(w.abs() < 2.5 && x.abs() <= filter.radius(), "{filter:?}: {w} at {x}");
+                assert!(w.abs() < 4.0 && x.abs() <= filter.radius(), "{filter:?}: {w} at {x}");
             }
         }
     }
