@@ -1,8 +1,21 @@
 //! Shapes: triangle meshes, spheres, disks, cylinders, rectangles, and instances of groups.
+//!
+//! What a ray does to them is divided between [`crate::accel`], which finds the hit, and
+//! [`ShapeTable::interaction`], which says all about the surface there.
+
+mod area;
+mod bounds;
+mod interaction;
+mod quadric;
+
+#[cfg(test)]
+mod tests;
 
 use crate::bsdf::BsdfId;
 use crate::emitter::EmitterId;
 use crate::math::{Transform, Vec2, Vec3};
+pub(crate) use bounds::transformed_bounds;
+pub(crate) use quadric::intersect_quadric;
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {

@@ -1,0 +1,58 @@
+//! From shapes to a [`Tree`]: collect the primitives ([`primitives`]), split them in two again and
+//! again ([`binary`]), choose which splits become wide nodes and which leaves ([`collapse`]), and
+//! write nodes and blocks ([`emit`]).
+
+mod binary;
+mod collapse;
+mod emit;
+mod primitives;
+
+use super::AccelError;
+use super::node::{Child, DIRECTORY_STEP, ShapeRange, Tree};
+use crate::math::Bounds3;
+use crate::shape::{InstanceId, ShapeId, ShapeTable};
+use primitives::Collected;
+pub(super) use primitives::{triangle, triangles_in};
+
+/// The tree over the given shapes and placed groups.
+pub(super) fn tree(
+    shapes: &ShapeTable,
+    ids: &[ShapeId],
+    instances: &[(InstanceId, Bounds3)],
+) -> Result<Tree, AccelError> {
+    let Collected { mut refs, ranges, specials, triangle_count } =
+        primitives::collect(shapes, ids, instances)?;
+    if specials.len() >= Child::MAX_NUMBER || refs.len() >= Child::MAX_NUMBER * 2 {
+        return Err(AccelError::TooManyPrimitives(refs.len() as u64));
+    }
+    let binary = binary::build(&mut refs);
+    let order: Vec<u32> = refs.iter().map(|r| r.id).collect();
+    let bounds = binary.first().map_or(Bounds3::EMPTY, |root| root.bounds);
+    drop(refs);
+    let plan = collapse::plan(&binary, &order, triangle_count);
+    let mut tree = Tree {
+        nodes: Vec::new(),
+        blocks: Vec::new(),
+        specials,
+        directory: directory(&ranges, triangle_count),
+        ranges,
+        triangle_count,
+        bounds,
+    };
+    emit::emit(shapes, &binary, &order, &plan, &mut tree);
+    Ok(tree)
+}
+
+/// See [`Tree::directory`].
+fn directory(ranges: &[ShapeRange], triangle_count: u32) -> Vec<u32> {
+    let mut range = 0;
+    (0..triangle_count)
+        .step_by(DIRECTORY_STEP as usize)
+        .map(|first| {
+            while ranges.get(range + 1).is_some_and(|next| next.first <= first) {
+                range += 1;
+            }
+            range as u32
+        })
+        .collect()
+}

@@ -1,0 +1,309 @@
+//! From a ray to the triangles that it meets.
+
+use super::node::{Child, LeafBlock, Special, Tree, WIDTH, WideNode};
+use super::simd::{Isa, Lanes, Portable, Simd};
+use super::stack::{Entry, Stack};
+use super::triangle::{self, Shear};
+use crate::math::{Ray, Vec3};
+
+/// A hit in the numbers of its tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RawHit {
+    /// Ray parameter; before any hit the largest allowed.
+    pub(super) t: f32,
+    /// Weight of vertex 1.
+    pub(super) u: f32,
+    /// Weight of vertex 2.
+    pub(super) v: f32,
+    /// Number of the primitive in the tree that holds it.
+    pub(super) key: u32,
+    /// Number of the primitive in the tree where the search began (the instance, for a hit in
+    /// one): decides between hits at the same t.
+    pub(super) rank: u32,
+    /// The instance, or [`RawHit::NO_INSTANCE`].
+    pub(super) instance: u32,
+}
+
+impl RawHit {
+    /// Stands for no instance.
+    pub(super) const NO_INSTANCE: u32 = u32::MAX;
+    const NO_KEY: u32 = u32::MAX;
+
+    pub(super) fn none(t_max: f32) -> Self {
+        let (key, rank) = (Self::NO_KEY, Self::NO_KEY);
+        Self { t: t_max, u: 0.0, v: 0.0, key, rank, instance: Self::NO_INSTANCE }
+    }
+
+    pub(super) fn is_hit(&self) -> bool {
+        self.key != Self::NO_KEY
+    }
+
+    #[inline(always)]
+    fn is_better_than(&self, other: &Self) -> bool {
+        self.t < other.t || (self.t == other.t && self.rank < other.rank)
+    }
+}
+
+/// Components of a direction below this count as this when they are divided by.
+const SMALLEST_COMPONENT: f32 = 1e-18;
+/// Relative widening of the boxes: `(bound - origin) · (1/d)` is off by at most 3/2 ulp, and the
+/// vertices that the triangle test sees, sheared, by as much again; with a margin.
+const WIDENING: f32 = 8.0 * f32::EPSILON;
+
+/// What the box test needs of a ray.
+#[derive(Clone, Copy)]
+struct BoxRay<S: Simd> {
+    origin: [S::F8; 3],
+    /// 1/d, a little too small: never beyond the near side of a box.
+    near_scale: [S::F8; 3],
+    /// 1/d, a little too large: never before the far side.
+    far_scale: [S::F8; 3],
+    /// Rows of the bounds where the ray enters.
+    near_row: [usize; 3],
+}
+
+impl<S: Simd> BoxRay<S> {
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        let reciprocal = |d: f32| {
+            if d.abs() < SMALLEST_COMPONENT {
+                (1.0 / SMALLEST_COMPONENT).copysign(d)
+            } else {
+                1.0 / d
+            }
+        };
+        let r = Vec3::new(reciprocal(ray.d.x), reciprocal(ray.d.y), reciprocal(ray.d.z));
+        let row = |axis: usize| 2 * axis + usize::from(r[axis].is_sign_negative());
+        let splat = |v: Vec3| [S::F8::splat(v.x), S::F8::splat(v.y), S::F8::splat(v.z)];
+        Self {
+            origin: splat(ray.o),
+            near_scale: splat(r * (1.0 - WIDENING)),
+            far_scale: splat(r * (1.0 + WIDENING)),
+            near_row: [row(0), row(1), row(2)],
+        }
+    }
+
+    /// Where the ray enters the eight boxes, and one bit for each that it meets in `[0, t_max]`.
+    #[inline(always)]
+    fn enter(&self, node: &WideNode, t_max: S::F8) -> (S::F8, u32) {
+        let at = |row: usize, axis: usize, scale: S::F8| {
+            S::F8::load(&node.rows[row & 7]).sub(self.origin[axis]).mul(scale)
+        };
+        let near = |axis: usize| at(self.near_row[axis], axis, self.near_scale[axis]);
+        let far = |axis: usize| at(self.near_row[axis] ^ 1, axis, self.far_scale[axis]);
+        let enter = near(0).max(near(1)).max(near(2).max(S::F8::splat(0.0)));
+        let leave = far(0).min(far(1)).min(far(2).min(t_max));
+        (enter, enter.le(leave))
+    }
+}
+
+/// The search for the closest hit not beyond `best`, which receives it. `special` intersects
+/// what is not a triangle: a hit not beyond the best so far.
+#[inline(always)]
+fn closest_generic<S: Simd>(
+    tree: &Tree,
+    ray: &Ray,
+    best: &mut RawHit,
+    special: impl Fn(Special, &RawHit) -> Option<RawHit>,
+) {
+    let boxes = BoxRay::<S>::new(ray);
+    let shear = Shear::<S>::new(ray);
+    let mut stack = Stack::new();
+    let mut current = Child::inner(0);
+    loop {
+        if current.is_leaf() {
+            if current.is_special() {
+                closest_special(tree, current, best, &special);
+            } else {
+                let first = current.number();
+                for block in &tree.blocks[first..first + current.block_count()] {
+                    closest_in_block(&shear, block, best);
+                }
+            }
+        } else {
+            let node = &tree.nodes[current.number()];
+            let (enter, mask) = boxes.enter(node, S::F8::splat(best.t));
+            if mask != 0 {
+                current = visit_children::<S>(node, enter, mask, &mut stack);
+                continue;
+            }
+        }
+        current = loop {
+            let Some(entry) = stack.pop() else { return };
+            if entry.t() <= best.t {
+                break entry.child();
+            }
+        };
+    }
+}
+
+/// The nearest of the children met; the others are left on the stack, the nearer above.
+#[inline(always)]
+fn visit_children<S: Simd>(node: &WideNode, enter: S::F8, mask: u32, stack: &mut Stack) -> Child {
+    let first = mask.trailing_zeros() as usize;
+    let mut rest = mask & (mask - 1);
+    if rest == 0 {
+        return node.child(first);
+    }
+    let mut t = [0.0; WIDTH];
+    enter.store(&mut t);
+    let mut nearest = Entry::new(t[first], node.child(first));
+    let base = stack.len();
+    while rest != 0 {
+        let i = rest.trailing_zeros() as usize & (WIDTH - 1);
+        rest &= rest - 1;
+        let entry = Entry::new(t[i], node.child(i));
+        let farther =
+            if entry.0 < nearest.0 { std::mem::replace(&mut nearest, entry) } else { entry };
+        stack.insert(base, farther);
+    }
+    nearest.child()
+}
+
+#[inline(always)]
+fn closest_in_block<S: Simd>(ray: &Shear<S>, block: &LeafBlock, best: &mut RawHit) {
+    let hits = triangle::intersect(ray, block, best.t);
+    let mut mask = hits.mask;
+    while mask != 0 {
+        let i = mask.trailing_zeros() as usize & 3;
+        mask &= mask - 1;
+        let key = block.ids[i];
+        let (t, u, v) = (hits.t[i], hits.u[i], hits.v[i]);
+        let hit = RawHit { t, u, v, key, rank: key, instance: RawHit::NO_INSTANCE };
+        if hit.is_better_than(best) {
+            *best = hit;
+        }
+    }
+}
+
+/// Apart from the loop over triangles, whose registers it would otherwise compete for.
+#[inline(never)]
+fn closest_special(
+    tree: &Tree,
+    child: Child,
+    best: &mut RawHit,
+    special: &impl Fn(Special, &RawHit) -> Option<RawHit>,
+) {
+    let Some(&primitive) = tree.specials.get(child.number()) else { return };
+    let rank = tree.triangle_count + child.number() as u32;
+    if let Some(hit) = special(primitive, best) {
+        let key = if matches!(primitive, Special::Shape(_)) { rank } else { hit.key };
+        let hit = RawHit { key, rank, ..hit };
+        if hit.is_better_than(best) {
+            *best = hit;
+        }
+    }
+}
+
+/// Whether anything is hit in `[0, ray.t_max]`.
+#[inline(always)]
+fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> bool) -> bool {
+    let boxes = BoxRay::<S>::new(ray);
+    let shear = Shear::<S>::new(ray);
+    let t_max = S::F8::splat(ray.t_max);
+    let mut stack = Stack::new();
+    let mut current = Child::inner(0);
+    loop {
+        if current.is_leaf() {
+            let hit = if current.is_special() {
+                any_special(tree, current, &special)
+            } else {
+                let first = current.number();
+                let mut blocks = tree.blocks[first..first + current.block_count()].iter();
+                blocks.any(|block| triangle::occluded(&shear, block, ray.t_max))
+            };
+            if hit {
+                return true;
+            }
+        } else {
+            let node = &tree.nodes[current.number()];
+            let (_, mut mask) = boxes.enter(node, t_max);
+            if mask != 0 {
+                // The first child holds the most triangles: look there first.
+                current = node.child(mask.trailing_zeros() as usize);
+                mask &= mask - 1;
+                while mask != 0 {
+                    let i = (31 - mask.leading_zeros()) as usize & (WIDTH - 1);
+                    mask ^= 1 << i;
+                    stack.push(Entry::new(0.0, node.child(i)));
+                }
+                continue;
+            }
+        }
+        match stack.pop() {
+            Some(entry) => current = entry.child(),
+            None => return false,
+        }
+    }
+}
+
+#[inline(never)]
+fn any_special(tree: &Tree, child: Child, special: &impl Fn(Special) -> bool) -> bool {
+    tree.specials.get(child.number()).is_some_and(|&primitive| special(primitive))
+}
+
+/// [`closest_generic`] on the given instruction set.
+#[inline]
+pub(super) fn closest(
+    isa: Isa,
+    tree: &Tree,
+    ray: &Ray,
+    best: &mut RawHit,
+    special: impl Fn(Special, &RawHit) -> Option<RawHit>,
+) {
+    match isa {
+        Isa::Portable => closest_generic::<Portable>(tree, ray, best, special),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Sse2 => closest_generic::<super::simd::Sse2>(tree, ray, best, special),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => x86::closest_avx2(tree, ray, best, special),
+    }
+}
+
+/// [`any_generic`] on the given instruction set.
+#[inline]
+pub(super) fn any(isa: Isa, tree: &Tree, ray: &Ray, special: impl Fn(Special) -> bool) -> bool {
+    match isa {
+        Isa::Portable => any_generic::<Portable>(tree, ray, special),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Sse2 => any_generic::<super::simd::Sse2>(tree, ray, special),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => x86::any_avx2(tree, ray, special),
+    }
+}
+
+/// The doors into code compiled for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[expect(unsafe_code, reason = "functions compiled for AVX2, called only where `Isa` has it")]
+mod x86 {
+    use super::super::simd::Avx2;
+    use super::{RawHit, Ray, Special, Tree, any_generic, closest_generic};
+
+    pub(super) fn closest_avx2(
+        tree: &Tree,
+        ray: &Ray,
+        best: &mut RawHit,
+        special: impl Fn(Special, &RawHit) -> Option<RawHit>,
+    ) {
+        #[target_feature(enable = "avx2")]
+        fn compiled(
+            tree: &Tree,
+            ray: &Ray,
+            best: &mut RawHit,
+            special: impl Fn(Special, &RawHit) -> Option<RawHit>,
+        ) {
+            closest_generic::<Avx2>(tree, ray, best, special);
+        }
+        // SAFETY: an `Isa::Avx2`, the only way here, exists only where the processor has AVX2.
+        unsafe { compiled(tree, ray, best, special) }
+    }
+
+    pub(super) fn any_avx2(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> bool) -> bool {
+        #[target_feature(enable = "avx2")]
+        fn compiled(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> bool) -> bool {
+            any_generic::<Avx2>(tree, ray, special)
+        }
+        // SAFETY: an `Isa::Avx2`, the only way here, exists only where the processor has AVX2.
+        unsafe { compiled(tree, ray, special) }
+    }
+}
