@@ -1,5 +1,7 @@
 //! Light sources.
 
+pub mod guide;
+
 use crate::math::{Transform, Vec3};
 use crate::shape::ShapeId;
 use crate::spectrum::Rgb;
