@@ -15,6 +15,7 @@
 //!   answer does not depend on the order of the traversal.
 //! - No ray passes between two triangles that share an edge or a vertex.
 
+mod arena;
 mod build;
 mod node;
 mod simd;

@@ -1,6 +1,9 @@
-//! What a tree looks like in memory.
+//! What a tree looks like in memory: inner nodes of eight rows and leaf blocks of five, all in one
+//! [`Arena`], named by the number of their first row.
 
-use crate::math::Bounds3;
+use super::arena::{self, Arena, Row};
+use super::simd::Simd;
+use crate::math::{Bounds3, Vec3};
 use crate::shape::{InstanceId, ShapeId};
 
 /// Children per inner node.
@@ -14,62 +17,57 @@ pub(super) const LEAF_TRIANGLES: usize = BLOCK * LEAF_BLOCKS;
 /// No path from the root of a tree to a leaf has more inner nodes than this: the builder sees
 /// to it, and the traversal's stack relies on it.
 pub(super) const MAX_DEPTH: usize = 64;
+/// Rows of an inner node: 256 bytes, four cache lines.
+pub(super) const NODE_ROWS: usize = 8;
+/// Rows of a leaf block: 160 bytes.
+pub(super) const BLOCK_ROWS: usize = 5;
 
 /// An inner node: the boxes of eight children, each bound in a row of its own so that a ray is
-/// tested against all eight at once. 256 bytes: four cache lines.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub(super) struct WideNode {
-    /// Rows 0 to 5: min x, max x, min y, max y, min z, max z. Row 6: [`Child`] bits. Row 7: free.
-    /// Eight rows, so that any row number `& 7` is in range.
-    pub(super) rows: [[f32; WIDTH]; 8],
-}
+/// tested against all eight at once. Rows 0 to 5: min x, max x, min y, max y, min z, max z. Row 6:
+/// the bits of each [`Child`]. Row 7 is free; with it, any row number `& 7` is in range.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct WideNode<'a>(pub(super) &'a [Row; NODE_ROWS]);
 
-/// Row of [`WideNode::rows`] that holds the children.
-pub(super) const CHILD_ROW: usize = 6;
+/// Row of a node that holds the children.
+const CHILD_ROW: usize = 6;
 
-impl WideNode {
-    /// A node without children.
-    pub(super) const EMPTY: Self = {
-        let mut rows = [[f32::INFINITY; WIDTH]; 8];
-        rows[1] = [f32::NEG_INFINITY; WIDTH];
-        rows[3] = [f32::NEG_INFINITY; WIDTH];
-        rows[5] = [f32::NEG_INFINITY; WIDTH];
-        // Should a ray of infinities or NaN find its way into an absent child, it meets nothing
-        // there.
-        rows[6] = [f32::from_bits(Child::NOTHING.0); WIDTH];
-        rows[7] = [0.0; WIDTH];
-        Self { rows }
-    };
-
-    /// Sets child `i`.
-    pub(super) fn set(&mut self, i: usize, bounds: Bounds3, child: Child) {
-        for axis in 0..3 {
-            self.rows[2 * axis][i] = bounds.min[axis];
-            self.rows[2 * axis + 1][i] = bounds.max[axis];
-        }
-        self.rows[CHILD_ROW][i] = f32::from_bits(child.0);
-    }
-
+impl WideNode<'_> {
     /// Child `i`.
-    pub(super) fn child(&self, i: usize) -> Child {
-        Child(self.rows[CHILD_ROW][i].to_bits())
+    #[inline(always)]
+    pub(super) fn child(self, i: usize) -> Child {
+        Child(self.0[CHILD_ROW].0[i].to_bits())
     }
 
     /// Box of child `i`.
-    pub(super) fn child_bounds(&self, i: usize) -> Bounds3 {
-        let row = |r: usize| self.rows[r][i];
-        Bounds3 {
-            min: crate::math::Vec3::new(row(0), row(2), row(4)),
-            max: crate::math::Vec3::new(row(1), row(3), row(5)),
-        }
+    pub(super) fn child_bounds(self, i: usize) -> Bounds3 {
+        let row = |r: usize| self.0[r].0[i];
+        Bounds3 { min: Vec3::new(row(0), row(2), row(4)), max: Vec3::new(row(1), row(3), row(5)) }
     }
 }
 
+/// Makes the rows of a node without children. Should a ray of infinities or NaN find its way into
+/// an absent child, it meets nothing there.
+pub(super) fn clear_node(rows: &mut [Row]) {
+    for axis in 0..3 {
+        rows[2 * axis] = Row([f32::INFINITY; WIDTH]);
+        rows[2 * axis + 1] = Row([f32::NEG_INFINITY; WIDTH]);
+    }
+    rows[CHILD_ROW] = Row([f32::from_bits(Child::NOTHING.0); WIDTH]);
+}
+
+/// Sets child `i` in the rows of a node.
+pub(super) fn set_child(rows: &mut [Row], i: usize, bounds: Bounds3, child: Child) {
+    for axis in 0..3 {
+        rows[2 * axis].0[i] = bounds.min[axis];
+        rows[2 * axis + 1].0[i] = bounds.max[axis];
+    }
+    rows[CHILD_ROW].0[i] = f32::from_bits(child.0);
+}
+
 /// What stands under a child slot, in 32 bits:
-/// bit 31 leaf, bit 30 two blocks instead of one, bit 29 a special primitive instead of triangles,
-/// below them the number of the first block or of the special primitive; bit 31 clear: the rest is
-/// the number of an inner node.
+/// bit 31 leaf, bit 30 two blocks instead of one, bit 29 a special primitive instead of triangles;
+/// below them the first row of the node or block, or the number of the special primitive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Child(pub(super) u32);
 
@@ -80,18 +78,18 @@ impl Child {
     const NUMBER: u32 = Self::SPECIAL - 1;
     /// A leaf with nothing in it.
     pub(super) const NOTHING: Self = Self(u32::MAX);
-    /// Most blocks or special primitives in a tree.
+    /// Most rows or special primitives in a tree.
     pub(super) const MAX_NUMBER: usize = Self::NUMBER as usize;
 
-    pub(super) fn inner(node: usize) -> Self {
-        debug_assert!(node < Self::LEAF as usize);
-        Self(node as u32)
+    pub(super) fn inner(row: usize) -> Self {
+        debug_assert!(row < Self::MAX_NUMBER);
+        Self(row as u32)
     }
 
-    pub(super) fn blocks(first: usize, count: usize) -> Self {
-        debug_assert!(first < Self::MAX_NUMBER && (1..=LEAF_BLOCKS).contains(&count));
+    pub(super) fn blocks(row: usize, count: usize) -> Self {
+        debug_assert!(row < Self::MAX_NUMBER && (1..=LEAF_BLOCKS).contains(&count));
         let second = if count == 2 { Self::SECOND_BLOCK } else { 0 };
-        Self(Self::LEAF | second | first as u32)
+        Self(Self::LEAF | second | row as u32)
     }
 
     pub(super) fn special(number: usize) -> Self {
@@ -109,10 +107,10 @@ impl Child {
         self.0 & Self::SPECIAL != 0
     }
 
-    /// Number of the node, first block or special primitive.
+    /// First row of the node or block, or number of the special primitive.
     #[inline(always)]
     pub(super) fn number(self) -> usize {
-        (if self.is_leaf() { self.0 & Self::NUMBER } else { self.0 }) as usize
+        (self.0 & Self::NUMBER) as usize
     }
 
     /// Blocks of a triangle leaf.
@@ -122,21 +120,53 @@ impl Child {
     }
 }
 
-/// Four triangles, coordinate by coordinate. 160 bytes.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
-pub(super) struct LeafBlock {
-    /// Row `3·vertex + axis`, one column per triangle.
-    pub(super) vertices: [[f32; BLOCK]; 9],
-    /// Number of each triangle in its tree; absent ones repeat a present one's number over
-    /// vertices that no ray meets.
-    pub(super) ids: [u32; BLOCK],
+/// Four triangles, coordinate by coordinate: nine half rows, `3·vertex + axis`, with one column per
+/// triangle, and a tenth with the bits of each triangle's number in its tree. Absent triangles have
+/// the number [`LeafBlock::ABSENT`] and vertices of NaN, which no ray meets.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+pub(super) struct LeafBlock<'a>(pub(super) &'a [Row; BLOCK_ROWS]);
+
+impl<'a> LeafBlock<'a> {
+    /// Number of an absent triangle.
+    pub(super) const ABSENT: u32 = u32::MAX;
+    const IDS: usize = 9;
+
+    #[inline(always)]
+    fn halves(self) -> &'a [[f32; BLOCK]; 2 * BLOCK_ROWS] {
+        arena::halves(self.0)
+    }
+
+    /// One coordinate of one vertex of all triangles.
+    #[inline(always)]
+    pub(super) fn coordinates(self, vertex: usize, axis: usize) -> &'a [f32; BLOCK] {
+        &self.halves()[3 * (vertex & 3) + (axis & 3)]
+    }
+
+    /// Number of the triangle in a column.
+    #[inline(always)]
+    pub(super) fn id(self, column: usize) -> u32 {
+        self.halves()[Self::IDS][column].to_bits()
+    }
 }
 
-impl LeafBlock {
-    /// A block of triangles that no ray meets: all edge functions are NaN.
-    pub(super) const EMPTY: Self =
-        Self { vertices: [[f32::NAN; BLOCK]; 9], ids: [u32::MAX; BLOCK] };
+/// Makes the rows of a block without triangles.
+pub(super) fn clear_block(rows: &mut [Row]) {
+    rows[..BLOCK_ROWS].fill(Row([f32::NAN; 8]));
+    for column in 0..BLOCK {
+        rows[LeafBlock::IDS / 2].0[BLOCK + column] = f32::from_bits(LeafBlock::ABSENT);
+    }
+}
+
+/// Sets one triangle in the rows of a block.
+pub(super) fn set_triangle(rows: &mut [Row], column: usize, id: u32, vertices: [Vec3; 3]) {
+    let mut set = |i: usize, x: f32| rows[i / 2].0[BLOCK * (i % 2) + column] = x;
+    for (vertex, p) in vertices.into_iter().enumerate() {
+        for axis in 0..3 {
+            set(3 * vertex + axis, p[axis]);
+        }
+    }
+    set(LeafBlock::IDS, f32::from_bits(id));
 }
 
 /// What is not a triangle.
@@ -160,11 +190,9 @@ pub(super) struct ShapeRange {
 /// One hierarchy. Triangles are numbered shape by shape; special primitives follow.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
-    /// Inner nodes; the first is the root. Never empty.
-    pub(super) nodes: Vec<WideNode>,
-    /// Triangles.
-    pub(super) blocks: Vec<LeafBlock>,
-    /// Everything else.
+    /// Nodes and blocks; first the root, which is always there.
+    pub(super) rows: Arena,
+    /// What is not a triangle.
     pub(super) specials: Vec<Special>,
     /// Ranges of triangle numbers, ascending.
     pub(super) ranges: Vec<ShapeRange>,
@@ -180,6 +208,24 @@ pub(super) struct Tree {
 pub(super) const DIRECTORY_STEP: u32 = 64;
 
 impl Tree {
+    /// The inner node that begins at a row.
+    #[inline(always)]
+    pub(super) fn node(&self, row: usize) -> WideNode<'_> {
+        WideNode(self.rows[row..].first_chunk().expect("children name whole nodes"))
+    }
+
+    /// The leaf block that begins at a row.
+    #[inline(always)]
+    pub(super) fn block(&self, row: usize) -> LeafBlock<'_> {
+        LeafBlock(self.rows[row..].first_chunk().expect("children name whole blocks"))
+    }
+
+    /// Begins to bring what stands under a child closer.
+    #[inline(always)]
+    pub(super) fn prefetch<S: Simd>(&self, child: Child) {
+        S::prefetch(&self.rows, child.number());
+    }
+
     /// Shape and triangle within the shape of a primitive number.
     pub(super) fn shape_of(&self, key: u32) -> (ShapeId, u32) {
         if key >= self.triangle_count {
@@ -199,8 +245,7 @@ impl Tree {
 
     /// Bytes on the heap.
     pub(super) fn memory_bytes(&self) -> usize {
-        self.nodes.capacity() * size_of::<WideNode>()
-            + self.blocks.capacity() * size_of::<LeafBlock>()
+        self.rows.len() * size_of::<Row>()
             + self.specials.capacity() * size_of::<Special>()
             + self.ranges.capacity() * size_of::<ShapeRange>()
             + self.directory.capacity() * size_of::<u32>()

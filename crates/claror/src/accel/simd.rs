@@ -8,6 +8,8 @@ mod x86;
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86::{Avx2, Sse2};
 
+use super::arena::Row;
+
 /// Instruction set to trace with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Isa {
@@ -74,6 +76,9 @@ pub(super) trait Simd: Copy {
     type F4: Lanes<4>;
     /// Eight lanes.
     type F8: Lanes<8>;
+    /// Begins to bring the cache lines from a row on closer; changes nothing else, also where there
+    /// is no such row.
+    fn prefetch(rows: &[Row], first: usize);
 }
 
 /// [`Isa::Portable`].
@@ -83,6 +88,8 @@ pub(super) struct Portable;
 impl Simd for Portable {
     type F4 = [f32; 4];
     type F8 = [f32; 8];
+    #[inline(always)]
+    fn prefetch(_: &[Row], _: usize) {}
 }
 
 #[inline(always)]

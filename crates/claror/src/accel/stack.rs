@@ -10,8 +10,8 @@ const CAPACITY: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// A child and where the ray enters it: as the bits of a non-negative float above those of the
 /// child, so that entries compare like their distances.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entry(pub(super) u64);
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Entry(u64);
 
 impl Entry {
     #[inline(always)]
@@ -30,44 +30,46 @@ impl Entry {
     }
 }
 
-/// The stack. Entries below `len` have been written.
+/// The stack. How many entries it holds is kept by its user, in a register.
 pub(super) struct Stack {
     entries: [MaybeUninit<u64>; CAPACITY],
-    len: usize,
+}
+
+/// Number of entries, all of them written. Made only by [`Stack`].
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Height(usize);
+
+impl Height {
+    pub(super) const EMPTY: Self = Self(0);
 }
 
 impl Stack {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        Self { entries: [const { MaybeUninit::uninit() }; CAPACITY], len: 0 }
-    }
-
-    #[inline(always)]
-    pub(super) fn len(&self) -> usize {
-        self.len
+        Self { entries: [const { MaybeUninit::uninit() }; CAPACITY] }
     }
 
     /// Panics when full, which the depth of the trees rules out.
     #[inline(always)]
-    pub(super) fn push(&mut self, entry: Entry) {
-        self.entries[self.len].write(entry.0);
-        self.len += 1;
+    pub(super) fn push(&mut self, height: &mut Height, entry: Entry) {
+        self.entries[height.0].write(entry.0);
+        height.0 += 1;
     }
 
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<Entry> {
-        self.len = self.len.checked_sub(1)?;
-        // SAFETY: entries below the old `len` have been written.
-        Some(Entry(unsafe { self.entries[self.len].assume_init() }))
+    pub(super) fn pop(&self, height: &mut Height) -> Option<Entry> {
+        height.0 = height.0.checked_sub(1)?;
+        // SAFETY: entries below the old height have been written.
+        Some(Entry(unsafe { self.entries[height.0].assume_init() }))
     }
 
     /// Pushes onto the part from `base` upwards, which is kept in descending order.
     #[inline(always)]
-    pub(super) fn insert(&mut self, base: usize, entry: Entry) {
-        let mut i = self.len;
-        self.push(entry);
-        while i > base {
-            // SAFETY: `i - 1` lies below the old `len`.
+    pub(super) fn insert(&mut self, base: Height, height: &mut Height, entry: Entry) {
+        let mut i = height.0;
+        self.push(height, entry);
+        while i > base.0 {
+            // SAFETY: `i - 1` lies below the old height.
             let below = unsafe { self.entries[i - 1].assume_init() };
             if below >= entry.0 {
                 break;

@@ -1,8 +1,8 @@
 //! From a ray to the triangles that it meets.
 
-use super::node::{Child, LeafBlock, Special, Tree, WIDTH, WideNode};
+use super::node::{BLOCK_ROWS, Child, LeafBlock, Special, Tree, WIDTH, WideNode};
 use super::simd::{Isa, Lanes, Portable, Simd};
-use super::stack::{Entry, Stack};
+use super::stack::{Entry, Height, Stack};
 use super::triangle::{self, Shear};
 use crate::math::{Ray, Vec3};
 
@@ -65,13 +65,7 @@ struct BoxRay<S: Simd> {
 impl<S: Simd> BoxRay<S> {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
-        let reciprocal = |d: f32| {
-            if d.abs() < SMALLEST_COMPONENT {
-                (1.0 / SMALLEST_COMPONENT).copysign(d)
-            } else {
-                1.0 / d
-            }
-        };
+        let reciprocal = |d: f32| 1.0 / d.abs().max(SMALLEST_COMPONENT).copysign(d);
         let r = Vec3::new(reciprocal(ray.d.x), reciprocal(ray.d.y), reciprocal(ray.d.z));
         let row = |axis: usize| 2 * axis + usize::from(r[axis].is_sign_negative());
         let splat = |v: Vec3| [S::F8::splat(v.x), S::F8::splat(v.y), S::F8::splat(v.z)];
@@ -85,9 +79,9 @@ impl<S: Simd> BoxRay<S> {
 
     /// Where the ray enters the eight boxes, and one bit for each that it meets in `[0, t_max]`.
     #[inline(always)]
-    fn enter(&self, node: &WideNode, t_max: S::F8) -> (S::F8, u32) {
+    fn enter(&self, node: WideNode<'_>, t_max: S::F8) -> (S::F8, u32) {
         let at = |row: usize, axis: usize, scale: S::F8| {
-            S::F8::load(&node.rows[row & 7]).sub(self.origin[axis]).mul(scale)
+            S::F8::load(&node.0[row & 7].0).sub(self.origin[axis]).mul(scale)
         };
         let near = |axis: usize| at(self.near_row[axis], axis, self.near_scale[axis]);
         let far = |axis: usize| at(self.near_row[axis] ^ 1, axis, self.far_scale[axis]);
@@ -109,27 +103,29 @@ fn closest_generic<S: Simd>(
     let boxes = BoxRay::<S>::new(ray);
     let shear = Shear::<S>::new(ray);
     let mut stack = Stack::new();
+    let mut height = Height::EMPTY;
     let mut current = Child::inner(0);
     loop {
         if current.is_leaf() {
             if current.is_special() {
                 closest_special(tree, current, best, &special);
             } else {
-                let first = current.number();
-                for block in &tree.blocks[first..first + current.block_count()] {
+                for i in 0..current.block_count() {
+                    let block = tree.block(current.number() + BLOCK_ROWS * i);
                     closest_in_block(&shear, block, best);
                 }
             }
         } else {
-            let node = &tree.nodes[current.number()];
+            let node = tree.node(current.number());
             let (enter, mask) = boxes.enter(node, S::F8::splat(best.t));
             if mask != 0 {
-                current = visit_children::<S>(node, enter, mask, &mut stack);
+                let visit = Visit::<S> { tree, node, enter, mask };
+                current = visit.children(&mut stack, &mut height);
                 continue;
             }
         }
         current = loop {
-            let Some(entry) = stack.pop() else { return };
+            let Some(entry) = stack.pop(&mut height) else { return };
             if entry.t() <= best.t {
                 break entry.child();
             }
@@ -137,37 +133,56 @@ fn closest_generic<S: Simd>(
     }
 }
 
-/// The nearest of the children met; the others are left on the stack, the nearer above.
-#[inline(always)]
-fn visit_children<S: Simd>(node: &WideNode, enter: S::F8, mask: u32, stack: &mut Stack) -> Child {
-    let first = mask.trailing_zeros() as usize;
-    let mut rest = mask & (mask - 1);
-    if rest == 0 {
-        return node.child(first);
+/// A node and the children of it that the ray meets.
+struct Visit<'a, S: Simd> {
+    tree: &'a Tree,
+    node: WideNode<'a>,
+    /// Where the ray enters each child.
+    enter: S::F8,
+    /// One bit per child met.
+    mask: u32,
+}
+
+impl<S: Simd> Visit<'_, S> {
+    /// The nearest of the children met; the others are left on the stack, the nearer above.
+    #[inline(always)]
+    fn children(self, stack: &mut Stack, height: &mut Height) -> Child {
+        let first = self.mask.trailing_zeros() as usize & (WIDTH - 1);
+        let mut rest = self.mask & (self.mask - 1);
+        if rest == 0 {
+            return self.node.child(first);
+        }
+        let mut t = [0.0; WIDTH];
+        self.enter.store(&mut t);
+        let mut nearest = self.entry(&t, first);
+        let base = *height;
+        while rest != 0 {
+            let i = rest.trailing_zeros() as usize & (WIDTH - 1);
+            rest &= rest - 1;
+            let entry = self.entry(&t, i);
+            let farther = entry.max(nearest);
+            nearest = entry.min(nearest);
+            stack.insert(base, height, farther);
+        }
+        nearest.child()
     }
-    let mut t = [0.0; WIDTH];
-    enter.store(&mut t);
-    let mut nearest = Entry::new(t[first], node.child(first));
-    let base = stack.len();
-    while rest != 0 {
-        let i = rest.trailing_zeros() as usize & (WIDTH - 1);
-        rest &= rest - 1;
-        let entry = Entry::new(t[i], node.child(i));
-        let farther =
-            if entry.0 < nearest.0 { std::mem::replace(&mut nearest, entry) } else { entry };
-        stack.insert(base, farther);
+
+    #[inline(always)]
+    fn entry(&self, t: &[f32; WIDTH], i: usize) -> Entry {
+        let child = self.node.child(i);
+        self.tree.prefetch::<S>(child);
+        Entry::new(t[i], child)
     }
-    nearest.child()
 }
 
 #[inline(always)]
-fn closest_in_block<S: Simd>(ray: &Shear<S>, block: &LeafBlock, best: &mut RawHit) {
+fn closest_in_block<S: Simd>(ray: &Shear<S>, block: LeafBlock<'_>, best: &mut RawHit) {
     let hits = triangle::intersect(ray, block, best.t);
     let mut mask = hits.mask;
     while mask != 0 {
         let i = mask.trailing_zeros() as usize & 3;
         mask &= mask - 1;
-        let key = block.ids[i];
+        let key = block.id(i);
         let (t, u, v) = (hits.t[i], hits.u[i], hits.v[i]);
         let hit = RawHit { t, u, v, key, rank: key, instance: RawHit::NO_INSTANCE };
         if hit.is_better_than(best) {
@@ -202,21 +217,23 @@ fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> boo
     let shear = Shear::<S>::new(ray);
     let t_max = S::F8::splat(ray.t_max);
     let mut stack = Stack::new();
+    let mut height = Height::EMPTY;
     let mut current = Child::inner(0);
     loop {
         if current.is_leaf() {
             let hit = if current.is_special() {
                 any_special(tree, current, &special)
             } else {
-                let first = current.number();
-                let mut blocks = tree.blocks[first..first + current.block_count()].iter();
-                blocks.any(|block| triangle::occluded(&shear, block, ray.t_max))
+                (0..current.block_count()).any(|i| {
+                    let block = tree.block(current.number() + BLOCK_ROWS * i);
+                    triangle::occluded(&shear, block, ray.t_max)
+                })
             };
             if hit {
                 return true;
             }
         } else {
-            let node = &tree.nodes[current.number()];
+            let node = tree.node(current.number());
             let (_, mut mask) = boxes.enter(node, t_max);
             if mask != 0 {
                 // The first child holds the most triangles: look there first.
@@ -225,12 +242,12 @@ fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> boo
                 while mask != 0 {
                     let i = (31 - mask.leading_zeros()) as usize & (WIDTH - 1);
                     mask ^= 1 << i;
-                    stack.push(Entry::new(0.0, node.child(i)));
+                    stack.push(&mut height, Entry::new(0.0, node.child(i)));
                 }
                 continue;
             }
         }
-        match stack.pop() {
+        match stack.pop(&mut height) {
             Some(entry) => current = entry.child(),
             None => return false,
         }

@@ -35,11 +35,16 @@ impl<S: Simd> Shear<S> {
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
         let axes = axes_by_speed(ray.d);
-        let d = axes.map(|a| ray.d[a]);
-        let shear = [d[0] / d[2], d[1] / d[2], 1.0 / d[2]];
+        let pick = |v: Vec3| {
+            let v = [v.x, v.y, v.z, 0.0];
+            axes.map(|axis| v[axis & 3])
+        };
+        let d = pick(ray.d);
+        let reciprocal = 1.0 / d[2];
+        let shear = [d[0] * reciprocal, d[1] * reciprocal, reciprocal];
         Self {
             axes,
-            origin: axes.map(|a| S::F4::splat(ray.o[a])),
+            origin: pick(ray.o).map(S::F4::splat),
             shear: shear.map(S::F4::splat),
             direction: d.map(S::F4::splat),
         }
@@ -47,24 +52,25 @@ impl<S: Simd> Shear<S> {
 
     /// One vertex of four triangles: offset from the ray's origin, permuted.
     #[inline(always)]
-    fn vertex(&self, block: &LeafBlock, vertex: usize) -> [S::F4; 3] {
+    fn vertex(&self, block: LeafBlock<'_>, vertex: usize) -> [S::F4; 3] {
         let coordinate =
-            |i: usize| S::F4::load(&block.vertices[3 * vertex + self.axes[i]]).sub(self.origin[i]);
+            |i: usize| S::F4::load(block.coordinates(vertex, self.axes[i])).sub(self.origin[i]);
         [coordinate(0), coordinate(1), coordinate(2)]
     }
 }
 
-/// The axes, the one with the largest component of `d` last, in cyclic order.
+/// The axes, the one with the largest component of `d` last, in cyclic order. Without branches:
+/// rays of all directions come in turn.
 #[inline(always)]
 fn axes_by_speed(d: Vec3) -> [usize; 3] {
     let a = d.abs();
-    if a.x > a.y && a.x > a.z {
-        [1, 2, 0]
-    } else if a.y > a.z {
-        [2, 0, 1]
-    } else {
-        [0, 1, 2]
-    }
+    let x = usize::from(a.x > a.y) & usize::from(a.x > a.z);
+    let y = usize::from(a.y > a.z) & (1 - x);
+    // 0 for x, 1 for y, 2 for z.
+    let last = 2 - 2 * x - y;
+    const NEXT: [usize; 4] = [1, 2, 0, 0];
+    let first = NEXT[last & 3];
+    [first, NEXT[first & 3], last]
 }
 
 /// Up to four hits of one ray.
@@ -88,7 +94,7 @@ struct Edges<F> {
 }
 
 #[inline(always)]
-fn edges<S: Simd>(ray: &Shear<S>, block: &LeafBlock) -> Edges<S::F4> {
+fn edges<S: Simd>(ray: &Shear<S>, block: LeafBlock<'_>) -> Edges<S::F4> {
     let vertices = [ray.vertex(block, 0), ray.vertex(block, 1), ray.vertex(block, 2)];
     let sheared =
         vertices.map(|v| [v[0].sub(ray.shear[0].mul(v[2])), v[1].sub(ray.shear[1].mul(v[2]))]);
@@ -123,7 +129,7 @@ fn plane_t<S: Simd>(ray: &Shear<S>, vertices: &[[S::F4; 3]; 3]) -> S::F4 {
 
 /// Tests a ray against the triangles of a block: hits in `[0, t_max]`.
 #[inline(always)]
-pub(super) fn intersect<S: Simd>(ray: &Shear<S>, block: &LeafBlock, t_max: f32) -> BlockHits {
+pub(super) fn intersect<S: Simd>(ray: &Shear<S>, block: LeafBlock<'_>, t_max: f32) -> BlockHits {
     let mut hits = BlockHits { mask: 0, t: [0.0; 4], u: [0.0; 4], v: [0.0; 4] };
     let edges = edges(ray, block);
     if edges.mask == 0 {
@@ -141,7 +147,7 @@ pub(super) fn intersect<S: Simd>(ray: &Shear<S>, block: &LeafBlock, t_max: f32) 
 
 /// True when the ray meets any triangle of a block in `[0, t_max]`.
 #[inline(always)]
-pub(super) fn occluded<S: Simd>(ray: &Shear<S>, block: &LeafBlock, t_max: f32) -> bool {
+pub(super) fn occluded<S: Simd>(ray: &Shear<S>, block: LeafBlock<'_>, t_max: f32) -> bool {
     let edges = edges(ray, block);
     if edges.mask == 0 {
         return false;

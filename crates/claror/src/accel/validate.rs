@@ -2,7 +2,9 @@
 
 use super::Accel;
 use super::build::{triangle, triangles_in};
-use super::node::{BLOCK, Child, MAX_DEPTH, Special, Tree, WIDTH};
+use super::node::{
+    BLOCK, BLOCK_ROWS, Child, LeafBlock, MAX_DEPTH, NODE_ROWS, Special, Tree, WIDTH,
+};
 use crate::math::Bounds3;
 use crate::shape::{ShapeTable, transformed_bounds};
 
@@ -13,8 +15,7 @@ pub(super) fn accel(accel: &Accel, shapes: &ShapeTable) -> Result<(), String> {
             accel,
             shapes,
             tree,
-            node_seen: vec![false; tree.nodes.len()],
-            block_seen: vec![false; tree.blocks.len()],
+            row_seen: vec![false; tree.rows.len()],
             special_seen: vec![false; tree.specials.len()],
             triangle_seen: vec![false; tree.triangle_count as usize],
         };
@@ -28,8 +29,7 @@ struct Check<'a> {
     accel: &'a Accel,
     shapes: &'a ShapeTable,
     tree: &'a Tree,
-    node_seen: Vec<bool>,
-    block_seen: Vec<bool>,
+    row_seen: Vec<bool>,
     special_seen: Vec<bool>,
     triangle_seen: Vec<bool>,
 }
@@ -52,11 +52,16 @@ fn holds(outer: Bounds3, inner: Bounds3) -> bool {
 
 impl Check<'_> {
     fn node(&mut self, number: usize, bounds: Bounds3, depth: usize) -> Result<(), String> {
-        mark(&mut self.node_seen, number, "node")?;
+        for row in number..number + NODE_ROWS {
+            mark(&mut self.row_seen, row, "row")?;
+        }
+        if !number.is_multiple_of(2) {
+            return Err(format!("node {number} straddles cache lines"));
+        }
         if depth > MAX_DEPTH {
             return Err(format!("node {number} lies at depth {depth}"));
         }
-        let node = self.tree.nodes[number];
+        let node = self.tree.node(number);
         let mut previous = usize::MAX;
         for i in 0..WIDTH {
             let (child, child_bounds) = (node.child(i), node.child_bounds(i));
@@ -89,24 +94,26 @@ impl Check<'_> {
             let inside = holds(bounds, own);
             return inside.then_some(()).ok_or_else(|| format!("{child:?} sticks out of its box"));
         }
-        for number in child.number()..child.number() + child.block_count() {
-            self.block(number, bounds)?;
+        for i in 0..child.block_count() {
+            self.block(child.number() + BLOCK_ROWS * i, bounds)?;
         }
         Ok(())
     }
 
     fn block(&mut self, number: usize, bounds: Bounds3) -> Result<(), String> {
-        mark(&mut self.block_seen, number, "block")?;
-        let block = self.tree.blocks[number];
+        for row in number..number + BLOCK_ROWS {
+            mark(&mut self.row_seen, row, "row")?;
+        }
+        let block = self.tree.block(number);
         for column in 0..BLOCK {
-            let id = block.ids[column];
-            if id == u32::MAX {
+            let id = block.id(column);
+            if id == LeafBlock::ABSENT {
                 continue;
             }
             mark(&mut self.triangle_seen, id as usize, "triangle")?;
             let (shape, i) = self.tree.shape_of(id);
             for (vertex, p) in triangle(self.shapes, shape, i).into_iter().enumerate() {
-                let stored = |axis: usize| block.vertices[3 * vertex + axis][column];
+                let stored = |axis: usize| block.coordinates(vertex, axis)[column];
                 if (0..3).any(|axis| stored(axis) != p[axis]) {
                     return Err(format!("triangle {id} has another vertex {vertex}"));
                 }
@@ -130,8 +137,9 @@ impl Check<'_> {
     }
 
     fn everything_is_reached(&self) -> Result<(), String> {
-        let all = |seen: &[bool]| seen.iter().all(|&s| s);
-        if !(all(&self.node_seen) && all(&self.block_seen)) {
+        // A node begins on a cache line: one row may be left out before it.
+        let left_out = self.row_seen.windows(2).any(|pair| pair == [false, false]);
+        if left_out {
             return Err("some nodes or blocks are not reached from the root".to_owned());
         }
         let finite = |special: &Special| {

@@ -1,19 +1,17 @@
-//! Writes the wide nodes and the leaf blocks.
+//! Writes the wide nodes and the leaf blocks: every node is followed by the blocks of its own
+//! leaves, then by its inner children and all below them, so that what is visited together lies
+//! together.
 
-use super::super::node::{BLOCK, Child, LeafBlock, Tree, WIDTH, WideNode};
+use super::super::arena::Arena;
+use super::super::node::{
+    BLOCK, BLOCK_ROWS, Child, NODE_ROWS, Tree, WIDTH, clear_block, clear_node, set_child,
+    set_triangle,
+};
 use super::binary::BinaryNode;
 use super::collapse::Choice;
 use super::primitives::triangle;
 use crate::shape::ShapeTable;
 use arrayvec::ArrayVec;
-
-struct Emitter<'a> {
-    shapes: &'a ShapeTable,
-    nodes: &'a [BinaryNode],
-    order: &'a [u32],
-    plan: &'a [Choice],
-    tree: &'a mut Tree,
-}
 
 /// A subtree that has become a child of a wide node.
 #[derive(Clone, Copy)]
@@ -24,54 +22,53 @@ struct Part {
     first: usize,
 }
 
-/// Fills nodes and blocks of `tree`.
-pub(super) fn emit(
-    shapes: &ShapeTable,
-    nodes: &[BinaryNode],
-    order: &[u32],
-    plan: &[Choice],
-    tree: &mut Tree,
-) {
-    let mut emitter = Emitter { shapes, nodes, order, plan, tree };
-    let root = Part { node: 0, first: 0 };
-    if nodes.is_empty() {
-        emitter.tree.nodes.push(WideNode::EMPTY);
-    } else if plan[0].is_leaf() {
-        let child = emitter.leaf(root);
-        let mut node = WideNode::EMPTY;
-        node.set(0, nodes[0].bounds, child);
-        emitter.tree.nodes.push(node);
-    } else {
-        emitter.inner(root);
-    }
-    emitter.tree.nodes.shrink_to_fit();
-    emitter.tree.blocks.shrink_to_fit();
+type Parts = ArrayVec<Part, WIDTH>;
+
+/// A binary tree and what is to become of it.
+pub(super) struct Plan<'a> {
+    pub(super) shapes: &'a ShapeTable,
+    pub(super) nodes: &'a [BinaryNode],
+    pub(super) order: &'a [u32],
+    pub(super) choices: &'a [Choice],
 }
 
-impl Emitter<'_> {
-    /// Writes a wide node and all below it; its number.
-    fn inner(&mut self, part: Part) -> usize {
-        let number = self.tree.nodes.len();
-        self.tree.nodes.push(WideNode::EMPTY);
-        let mut parts = ArrayVec::<Part, WIDTH>::new();
+/// Fills the rows of `tree`, whose other members are complete; false when they are too many.
+pub(super) fn emit(plan: &Plan<'_>, tree: &mut Tree) -> bool {
+    let root = plan.root();
+    let mut rows = 0;
+    plan.count_rows(tree, &root, &mut rows);
+    if rows >= Child::MAX_NUMBER {
+        return false;
+    }
+    tree.rows = Arena::zeroed(rows);
+    let end = plan.inner(tree, &root, 0);
+    debug_assert_eq!(end, rows);
+    true
+}
+
+impl Plan<'_> {
+    /// The children of the root node: all there is, when that is one leaf or nothing.
+    fn root(&self) -> Parts {
+        let root = Part { node: 0, first: 0 };
+        match self.choices.first() {
+            None => Parts::new(),
+            Some(choice) if choice.is_leaf() => Parts::from_iter([root]),
+            Some(_) => self.parts(root),
+        }
+    }
+
+    /// The children of an inner node.
+    fn parts(&self, part: Part) -> Parts {
+        let mut parts = Parts::new();
         self.dissolve(part, WIDTH, &mut parts);
         // A ray that looks for any hit finds it sooner where most triangles are.
         parts.sort_by_key(|p| std::cmp::Reverse(self.nodes[p.node].count));
-        for (i, &part) in parts.iter().enumerate() {
-            let child = if self.plan[part.node].is_leaf() {
-                self.leaf(part)
-            } else {
-                Child::inner(self.inner(part))
-            };
-            let bounds = self.nodes[part.node].bounds;
-            self.tree.nodes[number].set(i, bounds, child);
-        }
-        number
+        parts
     }
 
     /// The children for which a subtree makes way.
-    fn dissolve(&self, part: Part, budget: usize, parts: &mut ArrayVec<Part, WIDTH>) {
-        match self.plan[part.node].shares(budget) {
+    fn dissolve(&self, part: Part, budget: usize, parts: &mut Parts) {
+        match self.choices[part.node].shares(budget) {
             None => parts.push(part),
             Some((left, right)) => {
                 let (l, r) = self.halves(part);
@@ -88,31 +85,72 @@ impl Emitter<'_> {
         (Part { node: left, ..part }, Part { node: right, first })
     }
 
-    fn leaf(&mut self, part: Part) -> Child {
-        let count = self.nodes[part.node].count as usize;
-        let ids = &self.order[part.first..part.first + count];
-        if let Some(special) = ids[0].checked_sub(self.tree.triangle_count) {
-            return Child::special(special as usize);
-        }
-        let first = self.tree.blocks.len();
-        for ids in ids.chunks(BLOCK) {
-            let block = self.block(ids);
-            self.tree.blocks.push(block);
-        }
-        Child::blocks(first, self.tree.blocks.len() - first)
+    fn is_leaf(&self, part: Part) -> bool {
+        self.choices[part.node].is_leaf()
     }
 
-    fn block(&self, ids: &[u32]) -> LeafBlock {
-        let mut block = LeafBlock::EMPTY;
-        for (column, &id) in ids.iter().enumerate() {
-            let (shape, i) = self.tree.shape_of(id);
-            for (vertex, p) in triangle(self.shapes, shape, i).into_iter().enumerate() {
-                for axis in 0..3 {
-                    block.vertices[3 * vertex + axis][column] = p[axis];
-                }
-            }
-            block.ids[column] = id;
+    fn ids(&self, part: Part) -> &[u32] {
+        &self.order[part.first..part.first + self.nodes[part.node].count as usize]
+    }
+
+    /// Blocks of a leaf; none for a special primitive.
+    fn block_count(&self, tree: &Tree, part: Part) -> usize {
+        let ids = self.ids(part);
+        if ids[0] < tree.triangle_count { ids.len().div_ceil(BLOCK) } else { 0 }
+    }
+
+    /// Rows of a node and its leaves, the next node on a new cache line.
+    fn own_rows(&self, tree: &Tree, parts: &Parts) -> usize {
+        let leaves = parts.iter().filter(|&&p| self.is_leaf(p));
+        let blocks: usize = leaves.map(|&p| self.block_count(tree, p)).sum();
+        (NODE_ROWS + BLOCK_ROWS * blocks).next_multiple_of(2)
+    }
+
+    fn count_rows(&self, tree: &Tree, parts: &Parts, rows: &mut usize) {
+        *rows += self.own_rows(tree, parts);
+        for &part in parts.iter().filter(|&&p| !self.is_leaf(p)) {
+            self.count_rows(tree, &self.parts(part), rows);
         }
-        block
+    }
+
+    /// Writes a node and all below it from row `start` on; where the next one begins.
+    fn inner(&self, tree: &mut Tree, parts: &Parts, start: usize) -> usize {
+        clear_node(&mut tree.rows[start..]);
+        let mut block = start + NODE_ROWS;
+        let mut next = start + self.own_rows(tree, parts);
+        for (i, &part) in parts.iter().enumerate() {
+            let child = if self.is_leaf(part) {
+                let count = self.block_count(tree, part);
+                let child = self.leaf(tree, part, block);
+                block += BLOCK_ROWS * count;
+                child
+            } else {
+                let row = next;
+                next = self.inner(tree, &self.parts(part), row);
+                Child::inner(row)
+            };
+            set_child(&mut tree.rows[start..], i, self.nodes[part.node].bounds, child);
+        }
+        next
+    }
+
+    fn leaf(&self, tree: &mut Tree, part: Part, start: usize) -> Child {
+        let ids = self.ids(part);
+        if let Some(special) = ids[0].checked_sub(tree.triangle_count) {
+            return Child::special(special as usize);
+        }
+        for (i, ids) in ids.chunks(BLOCK).enumerate() {
+            self.block(tree, ids, start + BLOCK_ROWS * i);
+        }
+        Child::blocks(start, ids.len().div_ceil(BLOCK))
+    }
+
+    fn block(&self, tree: &mut Tree, ids: &[u32], start: usize) {
+        clear_block(&mut tree.rows[start..]);
+        for (column, &id) in ids.iter().enumerate() {
+            let (shape, i) = tree.shape_of(id);
+            let vertices = triangle(self.shapes, shape, i);
+            set_triangle(&mut tree.rows[start..], column, id, vertices);
+        }
     }
 }

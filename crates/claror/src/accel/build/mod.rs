@@ -8,9 +8,11 @@ mod emit;
 mod primitives;
 
 use super::AccelError;
+use super::arena::Arena;
 use super::node::{Child, DIRECTORY_STEP, ShapeRange, Tree};
 use crate::math::Bounds3;
 use crate::shape::{InstanceId, ShapeId, ShapeTable};
+use emit::Plan;
 use primitives::Collected;
 pub(super) use primitives::{triangle, triangles_in};
 
@@ -22,25 +24,28 @@ pub(super) fn tree(
 ) -> Result<Tree, AccelError> {
     let Collected { mut refs, ranges, specials, triangle_count } =
         primitives::collect(shapes, ids, instances)?;
-    if specials.len() >= Child::MAX_NUMBER || refs.len() >= Child::MAX_NUMBER * 2 {
-        return Err(AccelError::TooManyPrimitives(refs.len() as u64));
+    if specials.len() >= Child::MAX_NUMBER {
+        return Err(AccelError::TooManyPrimitives(specials.len() as u64));
     }
     let binary = binary::build(&mut refs);
     let order: Vec<u32> = refs.iter().map(|r| r.id).collect();
     let bounds = binary.first().map_or(Bounds3::EMPTY, |root| root.bounds);
     drop(refs);
-    let plan = collapse::plan(&binary, &order, triangle_count);
+    let choices = collapse::plan(&binary, &order, triangle_count);
     let mut tree = Tree {
-        nodes: Vec::new(),
-        blocks: Vec::new(),
+        rows: Arena::zeroed(0),
         specials,
         directory: directory(&ranges, triangle_count),
         ranges,
         triangle_count,
         bounds,
     };
-    emit::emit(shapes, &binary, &order, &plan, &mut tree);
-    Ok(tree)
+    let plan = Plan { shapes, nodes: &binary, order: &order, choices: &choices };
+    if emit::emit(&plan, &mut tree) {
+        Ok(tree)
+    } else {
+        Err(AccelError::TooManyPrimitives(u64::from(triangle_count)))
+    }
 }
 
 /// See [`Tree::directory`].

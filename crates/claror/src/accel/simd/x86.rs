@@ -10,13 +10,15 @@
     reason = "which intrinsics count as safe depends on the features enabled at compile time"
 )]
 
+use super::super::arena::Row;
 use super::{Lanes, Simd};
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_LE_OQ, _CMP_NEQ_OQ, _mm_add_ps, _mm_cmple_ps, _mm_cmplt_ps, _mm_div_ps,
-    _mm_loadu_ps, _mm_max_ps, _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_set1_ps,
-    _mm_setzero_ps, _mm_storeu_ps, _mm_sub_ps, _mm256_add_ps, _mm256_cmp_ps, _mm256_div_ps,
-    _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
-    _mm256_set1_ps, _mm256_setzero_ps, _mm256_storeu_ps, _mm256_sub_ps,
+    __m128, __m256, _CMP_LE_OQ, _CMP_NEQ_OQ, _MM_HINT_T0, _mm_add_ps, _mm_cmple_ps, _mm_cmplt_ps,
+    _mm_div_ps, _mm_loadu_ps, _mm_max_ps, _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps,
+    _mm_prefetch, _mm_set1_ps, _mm_setzero_ps, _mm_storeu_ps, _mm_sub_ps, _mm256_add_ps,
+    _mm256_cmp_ps, _mm256_div_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_storeu_ps,
+    _mm256_sub_ps,
 };
 
 /// The baseline: eight lanes are two times four.
@@ -26,6 +28,10 @@ pub(in crate::accel) struct Sse2;
 impl Simd for Sse2 {
     type F4 = __m128;
     type F8 = Pair;
+    #[inline(always)]
+    fn prefetch(rows: &[Row], first: usize) {
+        prefetch(rows, first);
+    }
 }
 
 /// Eight lanes at once.
@@ -35,6 +41,20 @@ pub(in crate::accel) struct Avx2;
 impl Simd for Avx2 {
     type F4 = __m128;
     type F8 = __m256;
+    #[inline(always)]
+    fn prefetch(rows: &[Row], first: usize) {
+        prefetch(rows, first);
+    }
+}
+
+/// The first three of the (at most) four lines of a node or block; the machine guesses the next.
+#[inline(always)]
+fn prefetch(rows: &[Row], first: usize) {
+    let start = rows.as_ptr().wrapping_add(first);
+    for line in 0..3 {
+        // SAFETY: a hint, which may name any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(2 * line).cast()) };
+    }
 }
 
 /// Eight lanes as two SSE registers.
