@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 
 use super::lobe::{Lobe, LobeEval, LobeSample};
+use super::perturb::Guard;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::spectrum::Rgb;
 
@@ -48,7 +49,7 @@ pub struct BsdfSample {
 
 /// One lobe of a material: a share, a frame and a model.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct WeightedLobe {
+pub(super) struct WeightedLobe<'a> {
     /// Share of this lobe, also the probability of choosing it.
     pub(super) weight: f32,
     /// Where in the list of guards those of this lobe begin, and how many there are.
@@ -58,20 +59,20 @@ pub(super) struct WeightedLobe {
     /// Towards the viewer, in that frame.
     pub(super) wo: Vec3,
     /// The model.
-    pub(super) lobe: Lobe,
+    pub(super) lobe: Lobe<'a>,
 }
 
 /// A material at one point of a surface: a few weighted lobes, without textures and nesting.
 /// Made by [`super::BsdfTable::at_hit`]; remembers the direction towards the viewer.
 #[derive(Debug, Clone)]
-pub struct BsdfAtHit {
+pub struct BsdfAtHit<'a> {
     /// Weights sum to at most 1.
-    pub(super) lobes: ArrayVec<WeightedLobe, MAX_LOBES>,
-    /// Shading normals as they were before bump and normal maps replaced them.
-    pub(super) guards: ArrayVec<Vec3, MAX_GUARDS>,
+    pub(super) lobes: ArrayVec<WeightedLobe<'a>, MAX_LOBES>,
+    /// What bump and normal maps leave of the frames that they replaced.
+    pub(super) guards: ArrayVec<Guard, MAX_GUARDS>,
 }
 
-impl BsdfAtHit {
+impl<'a> BsdfAtHit<'a> {
     /// A material that scatters nothing.
     pub(super) fn empty() -> Self {
         Self { lobes: ArrayVec::new(), guards: ArrayVec::new() }
@@ -102,10 +103,13 @@ impl BsdfAtHit {
         let (lobe, u_component) = self.choose(u_lobe)?;
         let sample = lobe.lobe.sample(lobe.wo, u_component, u)?;
         let wi = lobe.frame.to_world(sample.wi);
-        if !self.passes_guards(lobe, wi, sample.wi.z) {
+        let shadowing = self.shadowing(lobe, wi, sample.wi.z);
+        if shadowing <= 0.0 {
             return None;
         }
         let mut result = Self::world_sample(lobe, &sample, wi);
+        result.weight *= shadowing;
+        result.diffuse_weight *= shadowing;
         if !sample.is_delta && self.lobes.len() > 1 {
             // The direction might have come from any of the lobes: one-sample mixture density.
             let e = self.eval(wi);
@@ -147,7 +151,7 @@ impl BsdfAtHit {
         let mut sum = Rgb::BLACK;
         let mut opaque = 0.0;
         for l in self.lobes.iter().filter(|l| !matches!(l.lobe, Lobe::Null)) {
-            sum += l.lobe.albedo() * l.weight;
+            sum += l.lobe.albedo(l.wo) * l.weight;
             opaque += l.weight;
         }
         if opaque > 0.0 { sum / opaque } else { Rgb::BLACK }
@@ -155,14 +159,20 @@ impl BsdfAtHit {
 
     fn eval_lobe(&self, lobe: &WeightedLobe, wi: Vec3) -> LobeEval {
         let local = lobe.frame.to_local(wi);
-        if !self.passes_guards(lobe, wi, local.z) {
+        let shadowing = self.shadowing(lobe, wi, local.z);
+        if shadowing <= 0.0 {
             return LobeEval::ZERO;
         }
-        lobe.lobe.eval(lobe.wo, local)
+        let mut e = lobe.lobe.eval(lobe.wo, local);
+        if shadowing < 1.0 {
+            e.value *= shadowing;
+            e.diffuse *= shadowing;
+        }
+        e
     }
 
     /// Chooses a lobe by its weight and stretches the random number for reuse.
-    fn choose(&self, u: f32) -> Option<(&WeightedLobe, f32)> {
+    fn choose(&self, u: f32) -> Option<(&WeightedLobe<'a>, f32)> {
         let mut u = u;
         for lobe in &self.lobes {
             if u < lobe.weight {
@@ -174,11 +184,15 @@ impl BsdfAtHit {
         self.lobes.last().map(|lobe| (lobe, 1.0 - f32::EPSILON / 2.0))
     }
 
-    /// A perturbed normal must not make light leak through the surface: `wi` has to be on the
-    /// same side of all normals that bump and normal maps replaced and of the lobe's own.
-    fn passes_guards(&self, lobe: &WeightedLobe, wi: Vec3, cos_local: f32) -> bool {
+    /// What the replaced shading frames leave of light from `wi`: nothing where `wi` is not on
+    /// the same side of all normals.
+    fn shadowing(&self, lobe: &WeightedLobe, wi: Vec3, cos_local: f32) -> f32 {
         let (first, count) = (usize::from(lobe.guards.0), usize::from(lobe.guards.1));
-        count == 0 || self.guards[first..first + count].iter().all(|n| n.dot(wi) * cos_local > 0.0)
+        if count == 0 {
+            return 1.0;
+        }
+        let guards = &self.guards[first..first + count];
+        guards.iter().map(|g| g.shadowing(wi, cos_local)).product()
     }
 
     fn world_sample(lobe: &WeightedLobe, s: &LobeSample, wi: Vec3) -> BsdfSample {

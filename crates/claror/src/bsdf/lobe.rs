@@ -9,6 +9,11 @@ use super::conductor::Conductor;
 use super::dielectric::{Dielectric, ThinDielectric};
 use super::diffuse::Diffuse;
 use super::null;
+use super::plastic::Plastic;
+use super::principled::PrincipledLobe;
+use super::rough_conductor::RoughConductor;
+use super::rough_dielectric::RoughDielectric;
+use super::rough_plastic::RoughPlastic;
 use crate::math::{Vec2, Vec3};
 use crate::spectrum::Rgb;
 
@@ -67,18 +72,28 @@ impl LobeSample {
 
 /// A material model with its parameters at one point.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Lobe {
+pub(super) enum Lobe<'a> {
     Diffuse(Diffuse),
     Conductor(Conductor),
+    RoughConductor(RoughConductor),
     Dielectric(Dielectric),
     ThinDielectric(ThinDielectric),
+    RoughDielectric(RoughDielectric),
+    Plastic(Plastic),
+    RoughPlastic(RoughPlastic<'a>),
+    Principled(PrincipledLobe),
     Null,
 }
 
-impl Lobe {
+impl Lobe<'_> {
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> LobeEval {
         match self {
             Self::Diffuse(lobe) => lobe.eval(wo, wi),
+            Self::RoughConductor(lobe) => lobe.eval(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval(wo, wi),
+            Self::Plastic(lobe) => lobe.eval(wo, wi),
+            Self::RoughPlastic(lobe) => lobe.eval(wo, wi),
+            Self::Principled(lobe) => lobe.eval(wo, wi),
             Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Null => {
                 LobeEval::ZERO
             }
@@ -90,20 +105,23 @@ impl Lobe {
         match self {
             Self::Diffuse(lobe) => lobe.sample(wo, u),
             Self::Conductor(lobe) => lobe.sample(wo),
+            Self::RoughConductor(lobe) => lobe.sample(wo, u),
             Self::Dielectric(lobe) => lobe.sample(wo, u_component),
             Self::ThinDielectric(lobe) => lobe.sample(wo, u_component),
+            Self::RoughDielectric(lobe) => lobe.sample(wo, u_component, u),
+            Self::Plastic(lobe) => lobe.sample(wo, u_component, u),
+            Self::RoughPlastic(lobe) => lobe.sample(wo, u_component, u),
+            Self::Principled(lobe) => lobe.sample(wo, u_component, u),
             Self::Null => Some(null::sample(wo)),
         }
     }
 
     /// Whether some component is not a delta function.
     pub(super) fn is_smooth(&self) -> bool {
-        match self {
-            Self::Diffuse(_) => true,
-            Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Null => {
-                false
-            }
-        }
+        !matches!(
+            self,
+            Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Null
+        )
     }
 
     /// Whether a sample of this lobe that goes to the other side goes straight on as if there
@@ -112,23 +130,24 @@ impl Lobe {
         matches!(self, Self::Null | Self::ThinDielectric(_)) && is_transmission
     }
 
-    /// Directional albedo at `wo` of the Lambertian part under uniform illumination.
+    /// Directional albedo at `wo` of the diffuse part under uniform illumination.
     pub(super) fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.diffuse_albedo(wo),
-            Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Null => {
-                Rgb::BLACK
-            }
+            Self::Plastic(lobe) => lobe.diffuse_albedo(wo),
+            Self::RoughPlastic(lobe) => lobe.diffuse_albedo(wo),
+            _ => Rgb::BLACK,
         }
     }
 
     /// Mitsuba's `eval_diffuse_reflectance`, what its `albedo` layer shows.
-    pub(super) fn albedo(&self) -> Rgb {
+    pub(super) fn albedo(&self, wo: Vec3) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.reflectance,
-            Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) | Self::Null => {
-                Rgb::BLACK
-            }
+            Self::Plastic(lobe) => lobe.diffuse_reflectance,
+            Self::RoughPlastic(lobe) => lobe.diffuse_reflectance,
+            Self::Principled(lobe) => lobe.base_color,
+            _ => self.eval(wo, Vec3::Z).value * std::f32::consts::PI,
         }
     }
 }

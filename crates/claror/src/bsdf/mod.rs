@@ -12,9 +12,16 @@ mod fresnel;
 mod ior;
 mod lobe;
 mod metals;
+mod microfacet;
 mod null;
+mod perturb;
+mod plastic;
 mod prepare;
+mod principled;
 mod read;
+mod rough_conductor;
+mod rough_dielectric;
+mod rough_plastic;
 #[cfg(test)]
 mod tests;
 

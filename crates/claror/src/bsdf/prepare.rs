@@ -1,6 +1,10 @@
 //! Checks of a table of materials, and what is computed once before rendering.
 
+use rayon::prelude::*;
+
 use super::at_hit::{MAX_GUARDS, MAX_LOBES};
+use super::plastic::PlasticConstants;
+use super::rough_plastic::RoughTransmittance;
 use super::{Bsdf, BsdfId, BsdfTable};
 use crate::shape::ShapeTable;
 use crate::texture::{Texture, TextureId, TextureTable};
@@ -33,7 +37,7 @@ pub enum BsdfError {
         lobes: usize,
     },
     /// Too many bump and normal maps in one material.
-    #[error("material {} nests {maps} bump and normal maps; at most {MAX_GUARDS} are supported", .bsdf.0)]
+    #[error("material {} nests {maps} bump and normal maps, more than are supported", .bsdf.0)]
     TooManyMaps {
         /// The material.
         bsdf: BsdfId,
@@ -49,23 +53,29 @@ pub enum BsdfError {
 }
 
 /// What is computed ahead for one material.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) enum Prepared {
     /// Nothing.
-    #[default]
     None,
+    /// For `plastic`.
+    Plastic(PlasticConstants),
+    /// For `roughplastic`: the coat, and the weight of the specular component when sampling.
+    RoughPlastic(Box<RoughTransmittance>, f32),
 }
 
 /// What is known about a material and all that is nested in it.
 #[derive(Clone, Copy)]
 struct Extent {
     lobes: usize,
+    /// Bump and normal maps.
     maps: usize,
+    /// How many of them are nested in each other.
+    depth: usize,
     transmissive: bool,
 }
 
 impl Extent {
-    const OPAQUE: Self = Self { lobes: 1, maps: 0, transmissive: false };
+    const OPAQUE: Self = Self { lobes: 1, maps: 0, depth: 0, transmissive: false };
     const TRANSMISSIVE: Self = Self { transmissive: true, ..Self::OPAQUE };
 
     /// Both at once.
@@ -73,6 +83,7 @@ impl Extent {
         Self {
             lobes: self.lobes + other.lobes,
             maps: self.maps + other.maps,
+            depth: self.depth.max(other.depth),
             transmissive: self.transmissive || other.transmissive,
         }
     }
@@ -82,6 +93,7 @@ impl Extent {
         Self {
             lobes: self.lobes.max(other.lobes),
             maps: self.maps.max(other.maps),
+            depth: self.depth.max(other.depth),
             transmissive: self.transmissive || other.transmissive,
         }
     }
@@ -93,11 +105,27 @@ impl BsdfTable {
     pub fn prepare(
         &mut self,
         textures: &TextureTable,
-        _shapes: &ShapeTable,
+        shapes: &ShapeTable,
     ) -> Result<(), BsdfError> {
         self.validate(textures)?;
-        self.prepared = self.bsdfs.iter().map(|_| Prepared::None).collect();
+        self.prepared = self.bsdfs.par_iter().map(|b| prepare(b, textures, shapes)).collect();
         Ok(())
+    }
+
+    /// What was prepared for the `plastic` with this id.
+    pub(super) fn plastic_constants(&self, id: BsdfId) -> &PlasticConstants {
+        match self.prepared.get(id.0 as usize) {
+            Some(Prepared::Plastic(constants)) => constants,
+            _ => panic!("BsdfTable::prepare must run before a plastic is used"),
+        }
+    }
+
+    /// What was prepared for the `roughplastic` with this id.
+    pub(super) fn rough_transmittance(&self, id: BsdfId) -> (&RoughTransmittance, f32) {
+        match self.prepared.get(id.0 as usize) {
+            Some(Prepared::RoughPlastic(transmittance, weight)) => (transmittance, *weight),
+            _ => panic!("BsdfTable::prepare must run before a rough plastic is used"),
+        }
     }
 
     /// Checks that all references hold, and that every material fits into a [`super::BsdfAtHit`].
@@ -114,12 +142,40 @@ impl BsdfTable {
             if extent.lobes > MAX_LOBES {
                 return Err(BsdfError::TooManyLobes { bsdf: id, lobes: extent.lobes });
             }
-            if extent.maps > MAX_GUARDS {
+            // Every map leaves a guard, and repeats those around it when it is not the first there.
+            if extent.maps * extent.depth > MAX_GUARDS {
                 return Err(BsdfError::TooManyMaps { bsdf: id, maps: extent.maps });
             }
             extents.push(extent);
         }
         Ok(())
+    }
+}
+
+fn prepare(bsdf: &Bsdf, textures: &TextureTable, shapes: &ShapeTable) -> Prepared {
+    let weight = |diffuse: TextureId, specular: TextureId| {
+        let d = textures.mean(shapes, diffuse).mean();
+        let s = textures.mean(shapes, specular).mean();
+        if d + s > 0.0 { s / (d + s) } else { 0.5 }
+    };
+    match bsdf {
+        Bsdf::Plastic { eta, diffuse_reflectance, specular_reflectance, .. } => {
+            let weight = weight(*diffuse_reflectance, *specular_reflectance);
+            Prepared::Plastic(PlasticConstants::new(*eta, weight))
+        }
+        Bsdf::RoughPlastic {
+            distribution,
+            alpha,
+            eta,
+            diffuse_reflectance,
+            specular_reflectance,
+            ..
+        } => {
+            let transmittance = RoughTransmittance::new(*distribution, *alpha, *eta);
+            let weight = weight(*diffuse_reflectance, *specular_reflectance);
+            Prepared::RoughPlastic(Box::new(transmittance), weight)
+        }
+        _ => Prepared::None,
     }
 }
 
@@ -146,7 +202,7 @@ fn extent(
         Bsdf::Blend { first, second, .. } => nested(*first)?.with(nested(*second)?),
         Bsdf::BumpMap { nested: inner, .. } | Bsdf::NormalMap { nested: inner, .. } => {
             let inner = nested(*inner)?;
-            Extent { maps: inner.maps + 1, ..inner }
+            Extent { maps: inner.maps + 1, depth: inner.depth + 1, ..inner }
         }
         Bsdf::Dielectric { .. }
         | Bsdf::ThinDielectric { .. }

@@ -6,7 +6,14 @@ use super::conductor::Conductor;
 use super::dielectric::{Dielectric, ThinDielectric};
 use super::diffuse::Diffuse;
 use super::lobe::Lobe;
-use super::{Bsdf, BsdfId, BsdfTable};
+use super::microfacet::Microfacets;
+use super::perturb::{self, Guard};
+use super::plastic::{Plastic, base_reflectance};
+use super::principled::PrincipledLobe;
+use super::rough_conductor::RoughConductor;
+use super::rough_dielectric::RoughDielectric;
+use super::rough_plastic::RoughPlastic;
+use super::{Bsdf, BsdfId, BsdfTable, Principled};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Frame, Vec3};
 use crate::shape::ShapeTable;
@@ -18,9 +25,11 @@ use crate::texture::{TextureId, TextureTable};
 struct Place {
     /// Share of what is read here.
     weight: f32,
-    /// Shading frame here.
+    /// The frame that directions are expressed in here.
     frame: Frame,
-    /// Towards the viewer, in that frame.
+    /// The same without the turns of `twosided`: in it normal and bump maps are made.
+    shading: Frame,
+    /// Towards the viewer, in `frame`.
     wo: Vec3,
     /// The guards so far: first and count.
     guards: (u8, u8),
@@ -28,27 +37,182 @@ struct Place {
 
 /// Reads one material at one point.
 struct Reader<'a> {
-    bsdfs: &'a BsdfTable,
     textures: &'a TextureTable,
     shapes: &'a ShapeTable,
     si: &'a SurfaceInteraction,
-    result: BsdfAtHit,
 }
 
 impl BsdfTable {
-    /// The material `id` at the point `si`, seen from `si.wo`.
+    /// The material `id` at the point `si`, seen from `si.wo`. The table must have been
+    /// [prepared](BsdfTable::prepare).
     pub fn at_hit(
         &self,
         textures: &TextureTable,
         shapes: &ShapeTable,
         id: BsdfId,
         si: &SurfaceInteraction,
-    ) -> BsdfAtHit {
-        let place =
-            Place { weight: 1.0, frame: si.frame, wo: si.frame.to_local(si.wo), guards: (0, 0) };
-        let mut reader = Reader { bsdfs: self, textures, shapes, si, result: BsdfAtHit::empty() };
-        reader.read(id, place);
-        reader.result
+    ) -> BsdfAtHit<'_> {
+        let wo = si.frame.to_local(si.wo);
+        let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guards: (0, 0) };
+        let reader = Reader { textures, shapes, si };
+        let mut result = BsdfAtHit::empty();
+        self.read(&reader, id, place, &mut result);
+        result
+    }
+
+    /// Adds the lobes of the material `id`.
+    fn read<'a>(&'a self, reader: &Reader, id: BsdfId, place: Place, result: &mut BsdfAtHit<'a>) {
+        if place.weight <= 0.0 {
+            return;
+        }
+        match &self.bsdfs[id.0 as usize] {
+            Bsdf::TwoSided { front, back } => {
+                let Some(place) = place.turned_to_viewer() else { return };
+                let nested = if place.1 { *back } else { *front };
+                self.read(reader, nested, place.0, result);
+            }
+            Bsdf::Mask { opacity, nested } => {
+                let opacity = reader.scalar(*opacity).clamp(0.0, 1.0);
+                self.read(reader, *nested, place.share(opacity), result);
+                result.push(Lobe::Null, place.share(1.0 - opacity));
+            }
+            Bsdf::Blend { weight, first, second } => {
+                let weight = reader.scalar(*weight).clamp(0.0, 1.0);
+                self.read(reader, *first, place.share(1.0 - weight), result);
+                self.read(reader, *second, place.share(weight), result);
+            }
+            Bsdf::BumpMap { displacement, scale, nested } => {
+                let gradient =
+                    reader.textures.gradient(reader.shapes, *displacement, reader.si) * *scale;
+                let frame = perturb::bump_map(gradient, reader.si, &place.shading, place.wo);
+                self.read(reader, *nested, place.perturbed(&frame, result), result);
+            }
+            Bsdf::NormalMap { normal, nested } => {
+                let frame = perturb::normal_map(reader.rgb(*normal), place.wo);
+                self.read(reader, *nested, place.perturbed(&frame, result), result);
+            }
+            model => result.push(self.lobe(reader, id, model), place),
+        }
+    }
+
+    fn lobe(&self, reader: &Reader, id: BsdfId, model: &Bsdf) -> Lobe<'_> {
+        match model {
+            Bsdf::Diffuse { reflectance } => {
+                Lobe::Diffuse(Diffuse { reflectance: reader.rgb(*reflectance) })
+            }
+            Bsdf::Conductor { .. } | Bsdf::RoughConductor { .. } => reader.metal(model),
+            Bsdf::Dielectric { .. }
+            | Bsdf::ThinDielectric { .. }
+            | Bsdf::RoughDielectric { .. } => reader.glass(model),
+            Bsdf::Plastic { .. } | Bsdf::RoughPlastic { .. } => self.plastic(reader, id, model),
+            Bsdf::Principled(p) => Lobe::Principled(reader.principled(p)),
+            Bsdf::Null => Lobe::Null,
+            Bsdf::TwoSided { .. }
+            | Bsdf::Mask { .. }
+            | Bsdf::Blend { .. }
+            | Bsdf::BumpMap { .. }
+            | Bsdf::NormalMap { .. } => unreachable!("adapters are resolved before"),
+        }
+    }
+
+    fn plastic(&self, reader: &Reader, id: BsdfId, model: &Bsdf) -> Lobe<'_> {
+        match model {
+            Bsdf::Plastic { eta, diffuse_reflectance, specular_reflectance, nonlinear } => {
+                let constants = *self.plastic_constants(id);
+                let diffuse = reader.rgb(*diffuse_reflectance);
+                let internal = constants.internal_reflectance;
+                Lobe::Plastic(Plastic {
+                    eta: *eta,
+                    constants,
+                    diffuse_reflectance: diffuse,
+                    base: base_reflectance(diffuse, internal, *nonlinear, *eta),
+                    specular_reflectance: reader.rgb(*specular_reflectance),
+                })
+            }
+            Bsdf::RoughPlastic {
+                distribution,
+                sample_visible,
+                alpha,
+                eta,
+                diffuse_reflectance,
+                specular_reflectance,
+                nonlinear,
+            } => {
+                let (transmittance, specular_sampling_weight) = self.rough_transmittance(id);
+                let diffuse = reader.rgb(*diffuse_reflectance);
+                let internal = transmittance.internal_reflectance;
+                Lobe::RoughPlastic(RoughPlastic {
+                    facets: Microfacets::new(*distribution, *sample_visible, *alpha, *alpha),
+                    eta: *eta,
+                    diffuse_reflectance: diffuse,
+                    base: base_reflectance(diffuse, internal, *nonlinear, *eta),
+                    specular_reflectance: reader.rgb(*specular_reflectance),
+                    specular_sampling_weight,
+                    transmittance,
+                })
+            }
+            _ => unreachable!("only plastics come here"),
+        }
+    }
+}
+
+impl Place {
+    fn share(self, weight: f32) -> Self {
+        Self { weight: self.weight * weight, ..self }
+    }
+
+    /// The place as `twosided` shows it to what it holds, and whether the viewer is behind.
+    /// There the normal alone turns round: directions are mirrored at the tangent plane, as in
+    /// Mitsuba. `None` for a viewer in the tangent plane.
+    fn turned_to_viewer(self) -> Option<(Self, bool)> {
+        if self.wo.z > 0.0 {
+            Some((self, false))
+        } else if self.wo.z < 0.0 {
+            let frame = Frame { n: -self.frame.n, ..self.frame };
+            let wo = Vec3::new(self.wo.x, self.wo.y, -self.wo.z);
+            Some((Self { frame, wo, ..self }, true))
+        } else {
+            None
+        }
+    }
+
+    /// The place inside a bump or normal map whose frame, relative to this place's, is `local`.
+    fn perturbed(self, local: &Frame, result: &mut BsdfAtHit) -> Self {
+        let (first, count) = self.guards;
+        // Guards of one branch stand together: a branch that begins anew copies its outer ones.
+        let kept = usize::from(first)..usize::from(first) + usize::from(count);
+        let first = if kept.end == result.guards.len() {
+            first
+        } else {
+            let start = result.guards.len() as u8;
+            for i in kept {
+                let guard = result.guards[i];
+                result.guards.push(guard);
+            }
+            start
+        };
+        result.guards.push(Guard::new(self.frame.n, local.n));
+        Self {
+            frame: turned(&self.frame, local),
+            shading: turned(&self.shading, local),
+            wo: local.to_local(self.wo),
+            guards: (first, count + 1),
+            ..self
+        }
+    }
+}
+
+/// The frame whose axes are those of `local`, expressed in `frame`.
+fn turned(frame: &Frame, local: &Frame) -> Frame {
+    Frame { s: frame.to_world(local.s), t: frame.to_world(local.t), n: frame.to_world(local.n) }
+}
+
+impl<'a> BsdfAtHit<'a> {
+    fn push(&mut self, lobe: Lobe<'a>, place: Place) {
+        if place.weight > 0.0 {
+            let Place { weight, frame, wo, guards, .. } = place;
+            self.lobes.push(WeightedLobe { weight, guards, frame, wo, lobe });
+        }
     }
 }
 
@@ -61,58 +225,38 @@ impl Reader<'_> {
         self.textures.scalar(self.shapes, id, self.si)
     }
 
-    fn read(&mut self, id: BsdfId, place: Place) {
-        match &self.bsdfs.bsdfs[id.0 as usize] {
-            Bsdf::TwoSided { front, back } => self.read_two_sided(*front, *back, place),
-            Bsdf::Mask { opacity, nested } => {
-                let opacity = self.scalar(*opacity).clamp(0.0, 1.0);
-                self.read(*nested, Place { weight: place.weight * opacity, ..place });
-                self.push(Lobe::Null, Place { weight: place.weight * (1.0 - opacity), ..place });
-            }
-            Bsdf::Blend { weight, first, second } => {
-                let share = self.scalar(*weight).clamp(0.0, 1.0);
-                self.read(*first, Place { weight: place.weight * (1.0 - share), ..place });
-                self.read(*second, Place { weight: place.weight * share, ..place });
-            }
-            Bsdf::BumpMap { nested, .. } | Bsdf::NormalMap { nested, .. } => {
-                self.read(*nested, place);
-            }
-            model => {
-                let lobe = self.lobe(model);
-                self.push(lobe, place);
-            }
-        }
-    }
-
-    /// Behind the surface the normal alone turns round: directions are mirrored at the tangent
-    /// plane, as in Mitsuba.
-    fn read_two_sided(&mut self, front: BsdfId, back: BsdfId, place: Place) {
-        if place.wo.z > 0.0 {
-            self.read(front, place);
-        } else if place.wo.z < 0.0 {
-            let frame = Frame { n: -place.frame.n, ..place.frame };
-            let wo = Vec3::new(place.wo.x, place.wo.y, -place.wo.z);
-            self.read(back, Place { frame, wo, ..place });
-        }
-    }
-
-    fn push(&mut self, lobe: Lobe, place: Place) {
-        if place.weight > 0.0 {
-            let Place { weight, frame, wo, guards } = place;
-            self.result.lobes.push(WeightedLobe { weight, guards, frame, wo, lobe });
-        }
-    }
-
-    fn lobe(&self, model: &Bsdf) -> Lobe {
+    fn metal(&self, model: &Bsdf) -> Lobe<'static> {
         match model {
-            Bsdf::Diffuse { reflectance } => {
-                Lobe::Diffuse(Diffuse { reflectance: self.rgb(*reflectance) })
-            }
             Bsdf::Conductor { eta, k, specular_reflectance } => Lobe::Conductor(Conductor {
                 eta: self.rgb(*eta),
                 k: self.rgb(*k),
                 specular_reflectance: self.rgb(*specular_reflectance),
             }),
+            Bsdf::RoughConductor {
+                distribution,
+                sample_visible,
+                alpha_u,
+                alpha_v,
+                eta,
+                k,
+                specular_reflectance,
+            } => Lobe::RoughConductor(RoughConductor {
+                facets: Microfacets::new(
+                    *distribution,
+                    *sample_visible,
+                    self.scalar(*alpha_u),
+                    self.scalar(*alpha_v),
+                ),
+                eta: self.rgb(*eta),
+                k: self.rgb(*k),
+                specular_reflectance: self.rgb(*specular_reflectance),
+            }),
+            _ => unreachable!("only metals come here"),
+        }
+    }
+
+    fn glass(&self, model: &Bsdf) -> Lobe<'static> {
+        match model {
             Bsdf::Dielectric { eta, specular_reflectance, specular_transmittance } => {
                 Lobe::Dielectric(Dielectric {
                     eta: *eta,
@@ -127,9 +271,48 @@ impl Reader<'_> {
                     specular_transmittance: self.rgb(*specular_transmittance),
                 })
             }
-            Bsdf::Null => Lobe::Null,
-            // Models that are still to come look grey.
-            _ => Lobe::Diffuse(Diffuse { reflectance: Rgb::splat(0.5) }),
+            Bsdf::RoughDielectric {
+                distribution,
+                sample_visible,
+                alpha_u,
+                alpha_v,
+                eta,
+                specular_reflectance,
+                specular_transmittance,
+            } => Lobe::RoughDielectric(RoughDielectric {
+                facets: Microfacets::new(
+                    *distribution,
+                    *sample_visible,
+                    self.scalar(*alpha_u),
+                    self.scalar(*alpha_v),
+                ),
+                eta: *eta,
+                specular_reflectance: self.rgb(*specular_reflectance),
+                specular_transmittance: self.rgb(*specular_transmittance),
+            }),
+            _ => unreachable!("only dielectrics come here"),
+        }
+    }
+
+    fn principled(&self, p: &Principled) -> PrincipledLobe {
+        let spec_trans = self.scalar(p.spec_trans);
+        PrincipledLobe {
+            base_color: self.rgb(p.base_color),
+            roughness: self.scalar(p.roughness),
+            anisotropic: self.scalar(p.anisotropic),
+            metallic: self.scalar(p.metallic),
+            spec_trans,
+            spec_tint: self.scalar(p.spec_tint),
+            sheen: self.scalar(p.sheen),
+            sheen_tint: self.scalar(p.sheen_tint),
+            flatness: self.scalar(p.flatness),
+            clearcoat: self.scalar(p.clearcoat),
+            clearcoat_gloss: self.scalar(p.clearcoat_gloss),
+            // Without a change of index there would be no half vector of refraction.
+            eta: if spec_trans > 0.0 && p.eta == 1.0 { 1.001 } else { p.eta },
+            diffuse_rate: p.diffuse_reflectance_sampling_rate,
+            specular_rate: p.main_specular_sampling_rate,
+            clearcoat_rate: p.clearcoat_sampling_rate,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 mod frame;
 mod ray;
+pub mod special;
+pub mod statistics;
 mod transform;
 pub mod warp;
 

@@ -21,6 +21,7 @@ fn glass_from_outside() {
     let mut m = Materials::default();
     let glass = glass(&mut m);
     let id = m.add(glass);
+    m.prepare();
     let bsdf = m.at(id, Vec3::new(0.6, 0.0, 0.8));
     let s = bsdf.sample(0.9, U).expect("glass always answers");
     assert!(s.is_delta && s.is_transmission && !s.is_null);
@@ -40,6 +41,7 @@ fn glass_from_inside() {
     let mut m = Materials::default();
     let glass = glass(&mut m);
     let id = m.add(glass);
+    m.prepare();
     let bsdf = m.at(id, Vec3::new(0.6, 0.0, -0.8));
     let s = bsdf.sample(0.9, U).expect("glass always answers");
     assert_relative_eq!(s.pdf, 0.882_671_6, max_relative = 1e-5);
@@ -58,6 +60,7 @@ fn mirror_reflects_all_from_the_front_only() {
     let mut m = Materials::default();
     let (eta, k, one) = (m.scalar(0.0), m.scalar(1.0), m.scalar(1.0));
     let id = m.add(Bsdf::Conductor { eta, k, specular_reflectance: one });
+    m.prepare();
     for cos in [1.0, 0.7, 0.01] {
         let wo = Vec3::new((1.0_f32 - cos * cos).sqrt(), 0.0, cos);
         let s = m.at(id, wo).sample(0.5, U).expect("a mirror reflects");
@@ -73,6 +76,7 @@ fn mask_lets_its_transparent_share_through() {
     let (opacity, grey) = (m.scalar(0.4), m.rgb([0.2, 0.4, 0.6]));
     let nested = m.add(Bsdf::Diffuse { reflectance: grey });
     let id = m.add(Bsdf::Mask { opacity, nested });
+    m.prepare();
     let wo = Vec3::new(0.6, 0.0, 0.8);
     let bsdf = m.at(id, wo);
     let through = bsdf.sample(0.9, U).expect("the mask is transparent");

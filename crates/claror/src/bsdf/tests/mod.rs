@@ -1,4 +1,6 @@
 //! Tests that concern all material models.
 
 mod delta;
+mod materials;
+mod reference;
 mod support;

@@ -32,11 +32,14 @@ impl Materials {
         BsdfId(self.table.bsdfs.len() as u32 - 1)
     }
 
+    /// To be called after the last material was added.
+    pub(crate) fn prepare(&mut self) {
+        self.table.prepare(&self.textures, &ShapeTable::default()).expect("a valid table");
+    }
+
     /// The material at a point, seen from `wo`; the shading frame is the coordinate axes.
-    pub(crate) fn at(&mut self, id: BsdfId, wo: Vec3) -> BsdfAtHit {
-        let shapes = ShapeTable::default();
-        self.table.prepare(&self.textures, &shapes).expect("a valid table");
-        self.table.at_hit(&self.textures, &shapes, id, &interaction(wo))
+    pub(crate) fn at(&self, id: BsdfId, wo: Vec3) -> BsdfAtHit<'_> {
+        self.table.at_hit(&self.textures, &ShapeTable::default(), id, &interaction(wo))
     }
 }
 
