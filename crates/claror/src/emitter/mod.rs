@@ -1,5 +1,8 @@
 //! Light sources.
 
+mod provisional;
+pub use provisional::{LightError, LightReference, LightSample, LightSampler};
+
 pub mod guide;
 
 use crate::math::{Transform, Vec3};

@@ -1,8 +1,22 @@
 //! The film: where radiance is gathered into pixels.
 
 mod filter;
+mod picture;
+mod pixel;
+#[cfg(test)]
+mod tests;
+mod tile;
 
 pub use filter::FilterSampler;
+pub use picture::{Layer, Picture};
+pub use pixel::PixelSums;
+pub use tile::{Film, NonFinite, TILE_SIZE, Tile};
+
+/// Number of parts into which radiance is split (see [`crate::integrator`]).
+pub const LAYERS: usize = 4;
+
+/// Names of the parts; added in this order in `f32` they are the beauty.
+pub const LAYER_NAMES: [&str; LAYERS] = ["emission", "direct", "indirect", "rest"];
 
 /// Reconstruction filter; radii in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,5 +1,9 @@
 //! Layers that describe the visible surface instead of its light (Mitsuba's `aov`).
 
+use crate::interaction::SurfaceInteraction;
+use crate::math::Ray;
+use crate::scene::Scene;
+
 /// A further layer of the picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Aov {
@@ -100,5 +104,39 @@ impl AovKind {
     /// Whether it is an index, which is taken from the first sample instead of averaged.
     pub fn is_index(self) -> bool {
         matches!(self, Self::PrimitiveIndex | Self::ShapeIndex)
+    }
+}
+
+/// Values of the layers `aovs` along the camera ray, all channels in a row; `values` is
+/// overwritten.
+pub fn eval_aovs(scene: &Scene, aovs: &[Aov], ray: &Ray, values: &mut Vec<f32>) {
+    values.clear();
+    let hit = scene.intersect(ray);
+    for aov in aovs {
+        match &hit {
+            Some(si) => push(scene, aov.kind, si, values),
+            None => values.extend(aov.kind.channels().iter().map(|_| 0.0)),
+        }
+    }
+}
+
+fn push(scene: &Scene, kind: AovKind, si: &SurfaceInteraction, values: &mut Vec<f32>) {
+    match kind {
+        AovKind::Albedo => {
+            let tables = &scene.tables;
+            let bsdf = tables.shapes.shapes[si.shape.0 as usize].bsdf;
+            let bsdf = tables.bsdfs.at_hit(&tables.textures, &tables.shapes, bsdf, si);
+            values.extend(bsdf.albedo().to_array());
+        }
+        AovKind::Depth => values.push(si.t),
+        AovKind::Position => values.extend(si.p.to_array()),
+        AovKind::Uv => values.extend(si.uv.to_array()),
+        AovKind::GeometricNormal => values.extend(si.ng.to_array()),
+        AovKind::ShadingNormal => values.extend(si.frame.n.to_array()),
+        AovKind::DpDu => values.extend(si.dp_du.to_array()),
+        AovKind::DpDv => values.extend(si.dp_dv.to_array()),
+        // Exact up to 2^24, as any index that is stored as f32.
+        AovKind::PrimitiveIndex => values.push(si.primitive as f32),
+        AovKind::ShapeIndex => values.push(si.shape.0 as f32),
     }
 }

@@ -1,8 +1,31 @@
 //! Light transport: from a camera ray to radiance.
+//!
+//! Radiance comes in four parts that sum to what is seen, because caching indirect light needs
+//! them apart. A *vertex* here is a scattering event other than passing an invisible (`null`)
+//! surface; the first vertex is what the camera sees.
+//!
+//! - *emission*: emitted at what the camera sees, or behind it where it sees nothing;
+//! - *direct*: emitted light that arrives at the first vertex without another vertex in between
+//!   and was scattered by a component that light sampling covers (all but delta functions);
+//! - *indirect*: all other light that the diffuse component of the first vertex scatters: albedo
+//!   over π times the irradiance that a cache stores;
+//! - *rest*: everything else: light that other components of the first vertex scatter after at
+//!   least one more vertex, and all that delta components scatter, lights seen in a mirror
+//!   included.
 
 mod aov;
+mod direct;
+mod light;
+mod path;
+#[cfg(test)]
+mod tests;
 
-pub use aov::{Aov, AovKind};
+pub use aov::{Aov, AovKind, eval_aovs};
+
+use crate::math::Ray;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
 
 /// Which algorithm, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,4 +63,56 @@ pub enum IntegratorKind {
     },
     /// Distance along the camera ray.
     Depth,
+}
+
+/// Radiance along a camera ray, in parts (see the module), W·m⁻²·sr⁻¹.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LayeredRadiance {
+    /// Emission seen directly.
+    pub emission: Rgb,
+    /// Direct light at the first vertex.
+    pub direct: Rgb,
+    /// Indirect light scattered by the diffuse component of the first vertex.
+    pub indirect: Rgb,
+    /// Everything else.
+    pub rest: Rgb,
+    /// 1 where the ray meets something, 0 where it leaves the scene.
+    pub alpha: f32,
+}
+
+impl LayeredRadiance {
+    /// The parts, in the order of [`crate::film::LAYER_NAMES`].
+    pub fn layers(&self) -> [Rgb; 4] {
+        [self.emission, self.direct, self.indirect, self.rest]
+    }
+}
+
+/// Dimensions of a sample that belong to the camera: place in the pixel, place on the lens.
+pub const CAMERA_DIMENSIONS: u32 = 2;
+
+/// An estimate of the radiance that arrives along `ray` (from the camera), with expectation
+/// exactly Mitsuba's. Adds the number of rays traced to `rays`.
+pub fn radiance(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> LayeredRadiance {
+    match settings.kind {
+        IntegratorKind::Path => path::path(scene, settings, ray, sampler, rays),
+        IntegratorKind::Direct { emitter_samples, bsdf_samples } => {
+            let counts = direct::SampleCounts { emitter: emitter_samples, bsdf: bsdf_samples };
+            direct::direct(scene, settings, counts, ray, sampler, rays)
+        }
+        IntegratorKind::Depth => {
+            *rays += 1;
+            let hit = scene.accel.intersect(&scene.tables.shapes, ray);
+            LayeredRadiance {
+                emission: Rgb::splat(hit.as_ref().map_or(0.0, |h| h.t)),
+                alpha: if hit.is_some() { 1.0 } else { 0.0 },
+                ..Default::default()
+            }
+        }
+    }
 }

@@ -1,0 +1,261 @@
+//! Path tracing with next-event estimation and multiple importance sampling.
+//!
+//! Parameters (Mitsuba's `path`):
+//! - `max_depth` (none): longest path; 1 shows emission only, 2 adds direct light, and so on.
+//!   Passing an invisible surface counts, as in Mitsuba.
+//! - `rr_depth` (5): paths that were scattered so often end with a probability that depends on
+//!   how much light they can still carry.
+//! - `hide_emitters` (false): camera rays see neither area lights nor the environment.
+//!
+//! Fails (noise that does not go away) where small lights are seen only through glass or in
+//! mirrors: light sampling cannot reach them. Kajiya 1986; Veach 1997.
+
+use super::light::{camera_hit, light_reference, power_heuristic, sample_light};
+use super::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
+use crate::bsdf::{BsdfAtHit, BsdfSample};
+use crate::emitter::LightReference;
+use crate::interaction::SurfaceInteraction;
+use crate::math::Ray;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
+
+/// Dimensions per vertex: light choice and lobe choice, place on the light, direction, roulette.
+const VERTEX_DIMENSIONS: u32 = 4;
+
+/// Where light that is found now belongs (see [`super`]).
+#[derive(Clone, Copy, PartialEq)]
+enum Stage {
+    /// Before the first vertex.
+    Camera,
+    /// After the first vertex, which scattered by a component that light sampling covers.
+    FirstSmooth,
+    /// After a second vertex, or a first one that scattered by a delta component.
+    Later,
+}
+
+/// How the current ray was chosen.
+enum Origin {
+    /// By the camera or by a delta component: light sampling could not have found its light.
+    Delta,
+    /// By a BSDF with this density, from this point.
+    Smooth(LightReference, f32),
+}
+
+struct Walk<'a> {
+    scene: &'a Scene,
+    settings: &'a IntegratorSettings,
+    result: LayeredRadiance,
+    /// Light of the stage `Later`, not yet split into indirect and rest.
+    later: Rgb,
+    /// The diffuse component's share of what the first vertex scatters, per channel.
+    diffuse_share: Rgb,
+    stage: Stage,
+    origin: Origin,
+    throughput: Rgb,
+    /// Product of the relative indices of refraction crossed.
+    eta: f32,
+    /// Surfaces left behind, invisible ones included.
+    depth: u32,
+    rays: u64,
+}
+
+/// Radiance along the camera ray `ray`.
+pub(super) fn path(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> LayeredRadiance {
+    if settings.max_depth == Some(0) {
+        return LayeredRadiance::default();
+    }
+    let mut walk = Walk {
+        scene,
+        settings,
+        result: LayeredRadiance::default(),
+        later: Rgb::BLACK,
+        diffuse_share: Rgb::BLACK,
+        stage: Stage::Camera,
+        origin: Origin::Delta,
+        throughput: Rgb::WHITE,
+        eta: 1.0,
+        depth: 0,
+        rays: 0,
+    };
+    walk.run(*ray, sampler);
+    *rays += walk.rays;
+    walk.finish()
+}
+
+impl Walk<'_> {
+    fn run(&mut self, mut ray: Ray, sampler: &mut Sampler) {
+        let mut hit = camera_hit(self.scene, &mut ray, self.settings.hide_emitters, &mut self.rays);
+        loop {
+            let Some(si) = hit else {
+                self.add_environment(&ray);
+                return;
+            };
+            self.add_emission(&si);
+            let tables = &self.scene.tables;
+            let shape = &tables.shapes.shapes[si.shape.0 as usize];
+            let bsdf = tables.bsdfs.at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si);
+            if self.settings.max_depth.is_some_and(|limit| self.depth + 1 >= limit) {
+                if !bsdf.is_null_only() {
+                    self.result.alpha = 1.0;
+                }
+                return;
+            }
+            let Some(next) = self.scatter(&si, &bsdf, sampler) else {
+                return;
+            };
+            ray = next;
+            self.rays += 1;
+            hit = self.scene.intersect(&ray);
+        }
+    }
+
+    /// Adds light sampled directly, then continues the path; `None` where it ends.
+    fn scatter(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        sampler: &mut Sampler,
+    ) -> Option<Ray> {
+        sampler.set_dimension(CAMERA_DIMENSIONS + self.depth * VERTEX_DIMENSIONS);
+        let choices = sampler.next_2d();
+        let u_light = sampler.next_2d();
+        let u_direction = sampler.next_2d();
+        let reference = light_reference(si);
+        if bsdf.has_smooth()
+            && let Some(light) = sample_light(self.scene, &reference, bsdf, choices.x, u_light)
+        {
+            self.rays += 1;
+            if light.is_visible(self.scene, si) {
+                let weight = power_heuristic(light.light_pdf(), light.bsdf_pdf());
+                let radiance = self.throughput * light.contribution() * weight;
+                match self.stage {
+                    Stage::Camera => self.result.direct += radiance,
+                    _ => self.later += radiance,
+                }
+            }
+        }
+        let Some(sample) = bsdf.sample(choices.y, u_direction) else {
+            // Nothing is scattered, so nothing is seen through the surface either.
+            self.result.alpha = 1.0;
+            return None;
+        };
+        self.turn(&sample, reference);
+        self.survives(sampler).then(|| si.spawn_ray(sample.wi))
+    }
+
+    /// Follows the sampled direction.
+    fn turn(&mut self, sample: &BsdfSample, reference: LightReference) {
+        self.throughput *= sample.weight;
+        self.eta *= sample.eta;
+        self.depth += 1;
+        self.origin = if sample.is_delta || sample.is_null {
+            Origin::Delta
+        } else {
+            Origin::Smooth(reference, sample.pdf)
+        };
+        if sample.is_null {
+            return;
+        }
+        self.result.alpha = 1.0;
+        self.stage = match self.stage {
+            Stage::Camera => {
+                self.diffuse_share = diffuse_share(sample);
+                if sample.is_delta { Stage::Later } else { Stage::FirstSmooth }
+            }
+            _ => Stage::Later,
+        };
+    }
+
+    /// Russian roulette, exactly Mitsuba's: the squared index undoes the compression of radiance
+    /// inside glass, and some paths always end, so that total reflection cannot trap them.
+    fn survives(&mut self, sampler: &mut Sampler) -> bool {
+        let largest = self.throughput.max_component();
+        if self.depth >= self.settings.rr_depth {
+            let q = (largest * self.eta * self.eta).min(0.95);
+            if sampler.next_1d() >= q {
+                return false;
+            }
+            self.throughput *= 1.0 / q;
+        }
+        largest != 0.0
+    }
+
+    fn add_emission(&mut self, si: &SurfaceInteraction) {
+        let scene = self.scene;
+        if scene.tables.shapes.shapes[si.shape.0 as usize].emitter.is_none() {
+            return;
+        }
+        let radiance = scene.lights.emitted_radiance(&scene.tables, si);
+        if radiance.is_black() {
+            return;
+        }
+        let light_pdf = match &self.origin {
+            Origin::Delta => 0.0,
+            Origin::Smooth(reference, _) => {
+                scene.lights.pdf_surface(&scene.tables, reference, -si.wo, si)
+            }
+        };
+        if !self.settings.hide_emitters {
+            self.result.alpha = 1.0;
+        }
+        self.add(radiance, light_pdf);
+    }
+
+    fn add_environment(&mut self, ray: &Ray) {
+        let scene = self.scene;
+        let seen_directly = self.stage == Stage::Camera;
+        if !scene.lights.has_environment() || (seen_directly && self.settings.hide_emitters) {
+            return;
+        }
+        if seen_directly {
+            self.result.alpha = 1.0;
+        }
+        let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
+        let light_pdf = match &self.origin {
+            Origin::Delta => 0.0,
+            Origin::Smooth(reference, _) => {
+                scene.lights.pdf_environment(&scene.tables, reference, ray.d)
+            }
+        };
+        self.add(radiance, light_pdf);
+    }
+
+    /// Adds emitted light that the current ray found, and that light sampling would have found
+    /// with density `light_pdf`.
+    fn add(&mut self, radiance: Rgb, light_pdf: f32) {
+        let weight = match self.origin {
+            Origin::Delta => 1.0,
+            Origin::Smooth(_, pdf) => power_heuristic(pdf, light_pdf),
+        };
+        let radiance = self.throughput * radiance * weight;
+        match self.stage {
+            Stage::Camera => self.result.emission += radiance,
+            Stage::FirstSmooth => self.result.direct += radiance,
+            Stage::Later => self.later += radiance,
+        }
+    }
+
+    /// Splits the light of later vertices by what the first vertex did with it.
+    fn finish(mut self) -> LayeredRadiance {
+        self.result.indirect = self.later * self.diffuse_share;
+        self.result.rest = self.later - self.result.indirect;
+        self.result
+    }
+}
+
+/// Per channel, how much of a sample's weight comes from the diffuse component.
+fn diffuse_share(sample: &BsdfSample) -> Rgb {
+    let share = |diffuse: f32, all: f32| if all > 0.0 { (diffuse / all).min(1.0) } else { 0.0 };
+    Rgb::new(
+        share(sample.diffuse_weight.r, sample.weight.r),
+        share(sample.diffuse_weight.g, sample.weight.g),
+        share(sample.diffuse_weight.b, sample.weight.b),
+    )
+}

@@ -1,0 +1,139 @@
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::tile::TileRenderer;
+use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
+use crate::film::Picture;
+use crate::scene::Scene;
+use crate::sensor::Sensor;
+
+/// Samples per pixel of the longest round: short enough that checkpoints, error estimates and
+/// limits come often, long enough that threads wait for each other rarely.
+const LONGEST_ROUND: u32 = 32;
+
+/// The number of samples per pixel at which the round ends that begins at `done`. The early
+/// rounds double, so that something can be seen soon.
+fn round_end(done: u32, limit: Option<u32>) -> u32 {
+    let length = done.clamp(1, LONGEST_ROUND);
+    let end = done.saturating_add(length);
+    // Rounds end at multiples of their length also where a render is continued elsewhere.
+    let end = if done >= LONGEST_ROUND { end - end % LONGEST_ROUND } else { end };
+    end.min(limit.unwrap_or(u32::MAX))
+}
+
+struct Round<'a> {
+    settings: &'a RenderSettings,
+    observer: &'a dyn Observer,
+    limit: Option<u32>,
+    pixels: u64,
+    /// Samples and rays so far.
+    samples: AtomicU64,
+    rays: AtomicU64,
+    /// Set when the time is over.
+    stop: AtomicBool,
+}
+
+impl Round<'_> {
+    fn is_out_of_time(&self) -> bool {
+        self.settings.max_seconds.is_some_and(|s| self.observer.elapsed().as_secs_f64() >= s)
+    }
+
+    fn report(&self, spp: u32, error: Option<f32>) {
+        self.observer.progress(&Progress {
+            spp,
+            target_spp: self.limit,
+            samples: self.samples.load(Ordering::Relaxed),
+            target_samples: self.limit.map(|n| u64::from(n) * self.pixels),
+            rays: self.rays.load(Ordering::Relaxed),
+            error,
+        });
+    }
+}
+
+/// Renders until a limit is reached. All limits were checked to make sense.
+pub(super) fn run(
+    scene: &Scene,
+    sensor: &Sensor,
+    settings: &RenderSettings,
+    mut state: RenderState,
+    observer: &dyn Observer,
+) -> RenderOutput {
+    let renderer = TileRenderer::new(scene, sensor);
+    let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
+    let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
+    let (mut spp, samples) = state.film.sample_counts();
+    let round = Round {
+        settings,
+        observer,
+        limit: settings.spp.or(default),
+        pixels: u64::from(state.film.crop.width) * u64::from(state.film.crop.height),
+        samples: AtomicU64::new(samples),
+        rays: AtomicU64::new(0),
+        stop: AtomicBool::new(false),
+    };
+    let mut error = state.film.relative_error();
+    let stop = loop {
+        if let Some(reason) = stop_reason(&round, spp, error) {
+            break reason;
+        }
+        let end = round_end(spp, round.limit);
+        state.film.tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
+            let work = renderer.render(tile, end, observer, &round.stop);
+            round.samples.fetch_add(work.samples, Ordering::Relaxed);
+            round.rays.fetch_add(work.rays, Ordering::Relaxed);
+            if spp > 0 && round.is_out_of_time() {
+                // The first round is always finished: every pixel has a sample.
+                round.stop.store(true, Ordering::Relaxed);
+            }
+            round.report(spp, finite(error));
+        });
+        spp = state.film.sample_counts().0;
+        error = state.film.relative_error();
+        round.report(spp, finite(error));
+        observer.checkpoint(&state);
+    };
+    RenderOutput {
+        picture: Picture::new(&state.film, sensor.film.alpha, &scene.tables.aovs),
+        stop,
+        spp,
+        rays: round.rays.into_inner(),
+        error,
+        non_finite: state.film.non_finite(),
+        state,
+    }
+}
+
+fn finite(error: f32) -> Option<f32> {
+    error.is_finite().then_some(error)
+}
+
+fn stop_reason(round: &Round, spp: u32, error: f32) -> Option<StopReason> {
+    if round.observer.is_cancelled() {
+        Some(StopReason::Cancelled)
+    } else if round.limit.is_some_and(|limit| spp >= limit) {
+        Some(StopReason::Samples)
+    } else if round.settings.target_error.is_some_and(|target| error <= target) {
+        Some(StopReason::Error)
+    } else if spp > 0 && (round.stop.load(Ordering::Relaxed) || round.is_out_of_time()) {
+        Some(StopReason::Time)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_double_then_stay() {
+        let mut ends = vec![0];
+        while ends.last().is_some_and(|&e| e < 150) {
+            ends.push(round_end(*ends.last().unwrap(), Some(150)));
+        }
+        assert_eq!(ends, [0, 1, 2, 4, 8, 16, 32, 64, 96, 128, 150]);
+        assert_eq!(round_end(40, None), 64);
+        assert_eq!(round_end(u32::MAX - 3, None), u32::MAX - 31);
+    }
+}
