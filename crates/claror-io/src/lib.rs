@@ -10,6 +10,7 @@ pub mod image;
 pub mod limits;
 pub mod mesh;
 pub mod scene;
+mod source;
 pub mod write;
 
 pub use diagnostic::{Diagnostic, ReadError, Severity};
