@@ -9,7 +9,7 @@ use crate::spectrum::Rgb;
 
 /// Most lobes that one material may resolve to; [`super::BsdfTable::validate`] refuses more.
 pub const MAX_LOBES: usize = 8;
-/// Most nested perturbations of the shading frame (bump and normal maps) in one material.
+/// Most bump and normal maps in one material.
 pub(super) const MAX_GUARDS: usize = 8;
 
 /// What a material says about one pair of directions.
@@ -52,8 +52,8 @@ pub struct BsdfSample {
 pub(super) struct WeightedLobe<'a> {
     /// Share of this lobe, also the probability of choosing it.
     pub(super) weight: f32,
-    /// Where in the list of guards those of this lobe begin, and how many there are.
-    pub(super) guards: (u8, u8),
+    /// Index of the innermost guard, if bump or normal maps surround the lobe.
+    pub(super) guard: Option<u8>,
     /// The frame in which the lobe works. Left-handed where `twosided` turned the normal round.
     pub(super) frame: Frame,
     /// Towards the viewer, in that frame.
@@ -187,12 +187,14 @@ impl<'a> BsdfAtHit<'a> {
     /// What the replaced shading frames leave of light from `wi`: nothing where `wi` is not on
     /// the same side of all normals.
     fn shadowing(&self, lobe: &WeightedLobe, wi: Vec3, cos_local: f32) -> f32 {
-        let (first, count) = (usize::from(lobe.guards.0), usize::from(lobe.guards.1));
-        if count == 0 {
-            return 1.0;
+        let mut factor = 1.0;
+        let mut next = lobe.guard;
+        while let Some(i) = next {
+            let guard = &self.guards[usize::from(i)];
+            factor *= guard.shadowing(wi, cos_local);
+            next = guard.outer;
         }
-        let guards = &self.guards[first..first + count];
-        guards.iter().map(|g| g.shadowing(wi, cos_local)).product()
+        factor
     }
 
     fn world_sample(lobe: &WeightedLobe, s: &LobeSample, wi: Vec3) -> BsdfSample {

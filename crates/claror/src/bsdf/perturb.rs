@@ -19,6 +19,8 @@ use crate::spectrum::Rgb;
 /// What remains of a replaced shading frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Guard {
+    /// Index of the guard of the map around this one.
+    pub(super) outer: Option<u8>,
     /// The normal that was replaced.
     normal: Vec3,
     /// Roughness² of the shadowing function: how far the new normal is from the old.
@@ -27,8 +29,8 @@ pub(super) struct Guard {
 
 impl Guard {
     /// For the replaced normal (world) and the new one, local to the replaced frame.
-    pub(super) fn new(normal: Vec3, perturbed: Vec3) -> Self {
-        Self { normal, alpha2: (0.125 * tan2(perturbed.z)).min(1.0) }
+    pub(super) fn new(outer: Option<u8>, normal: Vec3, perturbed: Vec3) -> Self {
+        Self { outer, normal, alpha2: (0.125 * tan2(perturbed.z)).min(1.0) }
     }
 
     /// Factor on light from `wi` (world), whose cosine with the new normal is `cos_local`.

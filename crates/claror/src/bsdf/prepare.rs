@@ -37,7 +37,7 @@ pub enum BsdfError {
         lobes: usize,
     },
     /// Too many bump and normal maps in one material.
-    #[error("material {} nests {maps} bump and normal maps, more than are supported", .bsdf.0)]
+    #[error("material {} holds {maps} bump and normal maps; at most {MAX_GUARDS} are supported", .bsdf.0)]
     TooManyMaps {
         /// The material.
         bsdf: BsdfId,
@@ -69,13 +69,11 @@ struct Extent {
     lobes: usize,
     /// Bump and normal maps.
     maps: usize,
-    /// How many of them are nested in each other.
-    depth: usize,
     transmissive: bool,
 }
 
 impl Extent {
-    const OPAQUE: Self = Self { lobes: 1, maps: 0, depth: 0, transmissive: false };
+    const OPAQUE: Self = Self { lobes: 1, maps: 0, transmissive: false };
     const TRANSMISSIVE: Self = Self { transmissive: true, ..Self::OPAQUE };
 
     /// Both at once.
@@ -83,7 +81,6 @@ impl Extent {
         Self {
             lobes: self.lobes + other.lobes,
             maps: self.maps + other.maps,
-            depth: self.depth.max(other.depth),
             transmissive: self.transmissive || other.transmissive,
         }
     }
@@ -93,7 +90,6 @@ impl Extent {
         Self {
             lobes: self.lobes.max(other.lobes),
             maps: self.maps.max(other.maps),
-            depth: self.depth.max(other.depth),
             transmissive: self.transmissive || other.transmissive,
         }
     }
@@ -142,8 +138,7 @@ impl BsdfTable {
             if extent.lobes > MAX_LOBES {
                 return Err(BsdfError::TooManyLobes { bsdf: id, lobes: extent.lobes });
             }
-            // Every map leaves a guard, and repeats those around it when it is not the first there.
-            if extent.maps * extent.depth > MAX_GUARDS {
+            if extent.maps > MAX_GUARDS {
                 return Err(BsdfError::TooManyMaps { bsdf: id, maps: extent.maps });
             }
             extents.push(extent);
@@ -202,7 +197,7 @@ fn extent(
         Bsdf::Blend { first, second, .. } => nested(*first)?.with(nested(*second)?),
         Bsdf::BumpMap { nested: inner, .. } | Bsdf::NormalMap { nested: inner, .. } => {
             let inner = nested(*inner)?;
-            Extent { maps: inner.maps + 1, depth: inner.depth + 1, ..inner }
+            Extent { maps: inner.maps + 1, ..inner }
         }
         Bsdf::Dielectric { .. }
         | Bsdf::ThinDielectric { .. }

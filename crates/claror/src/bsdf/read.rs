@@ -31,8 +31,8 @@ struct Place {
     shading: Frame,
     /// Towards the viewer, in `frame`.
     wo: Vec3,
-    /// The guards so far: first and count.
-    guards: (u8, u8),
+    /// The innermost guard so far.
+    guard: Option<u8>,
 }
 
 /// Reads one material at one point.
@@ -53,7 +53,7 @@ impl BsdfTable {
         si: &SurfaceInteraction,
     ) -> BsdfAtHit<'_> {
         let wo = si.frame.to_local(si.wo);
-        let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guards: (0, 0) };
+        let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guard: None };
         let reader = Reader { textures, shapes, si };
         let mut result = BsdfAtHit::empty();
         self.read(&reader, id, place, &mut result);
@@ -178,25 +178,13 @@ impl Place {
 
     /// The place inside a bump or normal map whose frame, relative to this place's, is `local`.
     fn perturbed(self, local: &Frame, result: &mut BsdfAtHit) -> Self {
-        let (first, count) = self.guards;
-        // Guards of one branch stand together: a branch that begins anew copies its outer ones.
-        let kept = usize::from(first)..usize::from(first) + usize::from(count);
-        let first = if kept.end == result.guards.len() {
-            first
-        } else {
-            let start = result.guards.len() as u8;
-            for i in kept {
-                let guard = result.guards[i];
-                result.guards.push(guard);
-            }
-            start
-        };
-        result.guards.push(Guard::new(self.frame.n, local.n));
+        let guard = result.guards.len() as u8;
+        result.guards.push(Guard::new(self.guard, self.frame.n, local.n));
         Self {
             frame: turned(&self.frame, local),
             shading: turned(&self.shading, local),
             wo: local.to_local(self.wo),
-            guards: (first, count + 1),
+            guard: Some(guard),
             ..self
         }
     }
@@ -210,8 +198,8 @@ fn turned(frame: &Frame, local: &Frame) -> Frame {
 impl<'a> BsdfAtHit<'a> {
     fn push(&mut self, lobe: Lobe<'a>, place: Place) {
         if place.weight > 0.0 {
-            let Place { weight, frame, wo, guards, .. } = place;
-            self.lobes.push(WeightedLobe { weight, guards, frame, wo, lobe });
+            let Place { weight, frame, wo, guard, .. } = place;
+            self.lobes.push(WeightedLobe { weight, guard, frame, wo, lobe });
         }
     }
 }

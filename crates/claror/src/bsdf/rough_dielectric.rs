@@ -62,6 +62,10 @@ impl RoughDielectric {
         }
         let outer = if wo.z > 0.0 { wo } else { -wo };
         let m = self.sampled_facets(wo).sample(outer, u);
+        if wo.dot(m) * wo.z <= 0.0 {
+            // The back of a facet, which only the sampling of all normals finds.
+            return None;
+        }
         let f = fresnel::dielectric(wo.dot(m), self.eta);
         let (wi, eta, is_reflection) = if u_component < f.reflectance {
             (fresnel::reflect_at(wo, m), 1.0, true)

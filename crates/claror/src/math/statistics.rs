@@ -155,20 +155,32 @@ const MAX_EXCESS: f64 = 0.005;
 /// A chi-square test of a sampler of directions against its density by solid angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphereTest {
-    /// Cells in cos θ, from -1 to 1.
+    /// Cells in the cosine with the axis, from -1 to 1. Even.
     pub rows: usize,
-    /// Cells in azimuth.
+    /// Cells in azimuth. Even.
     pub columns: usize,
     /// Points per cell and axis at which the density is read (Gauss-Legendre, composite in
     /// panels of 4): more for narrow peaks. At least 4.
     pub subdivisions: usize,
     /// How many samples are drawn.
     pub samples: usize,
+    /// Around which axis the cells lie. Edges of the density should fall on edges of cells, and
+    /// peaks not on the poles: `X` for scattering at a surface with the normal z.
+    pub axis: PolarAxis,
+}
+
+/// The axis of the cells of a [`SphereTest`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PolarAxis {
+    /// Poles at ±x; the plane z = 0 falls on edges of columns.
+    X,
+    /// Poles at ±z; the plane z = 0 falls on an edge of rows.
+    Z,
 }
 
 impl Default for SphereTest {
     fn default() -> Self {
-        Self { rows: 20, columns: 40, subdivisions: 8, samples: 200_000 }
+        Self { rows: 20, columns: 40, subdivisions: 8, samples: 200_000, axis: PolarAxis::Z }
     }
 }
 
@@ -203,6 +215,10 @@ impl SphereTest {
 
     /// The cell of a direction.
     fn cell(&self, d: Vec3) -> usize {
+        let d = match self.axis {
+            PolarAxis::X => Vec3::new(d.y, d.z, d.x),
+            PolarAxis::Z => d,
+        };
         let row = ((0.5 * (f64::from(d.z) + 1.0)) * self.rows as f64) as usize;
         let turn = f64::from(d.y).atan2(f64::from(d.x)) / (2.0 * std::f64::consts::PI);
         let column = ((turn - turn.floor()) * self.columns as f64) as usize;
@@ -220,7 +236,11 @@ impl SphereTest {
             let r = (1.0 - z * z).max(0.0).sqrt();
             for &(y, weight_phi) in &points {
                 let (sin, cos) = ((column as f64 + y) * dphi).sin_cos();
-                let d = Vec3::new((r * cos) as f32, (r * sin) as f32, z as f32);
+                let (x, y, z) = ((r * cos) as f32, (r * sin) as f32, z as f32);
+                let d = match self.axis {
+                    PolarAxis::X => Vec3::new(z, x, y),
+                    PolarAxis::Z => Vec3::new(x, y, z),
+                };
                 sum += weight_z * weight_phi * pdf(d);
             }
         }

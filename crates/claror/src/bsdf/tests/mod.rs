@@ -2,5 +2,7 @@
 
 mod delta;
 mod materials;
+mod physics;
 mod reference;
+mod sampling;
 mod support;
