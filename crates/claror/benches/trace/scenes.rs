@@ -7,8 +7,11 @@ use claror::math::{Mat3, Vec3};
 use claror::shape::{Mesh, MeshId, Shape, ShapeKind, ShapeTable};
 use std::f32::consts::{PI, TAU};
 
+/// Makes a scene.
+pub(crate) type Maker = fn() -> ShapeTable;
+
 /// Name and maker of every scene.
-pub(crate) const ALL: [(&str, fn() -> ShapeTable); 3] =
+pub(crate) const ALL: [(&str, Maker); 3] =
     [("furnished room", room), ("bumpy ball in the open", ball), ("box with two boxes", boxes)];
 
 fn add(table: &mut ShapeTable, mesh: Mesh) {

@@ -11,6 +11,10 @@ use std::f32::consts::{PI, TAU};
 /// the magnitudes of what is rounded, so this leaves room for eight roundings of each.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
+/// Largest effect of a sliver's uncertain normal that is allowed for, in units of rounding and of
+/// the sliver's length.
+const LARGEST_TILT: f32 = 2000.0;
+
 /// A point of a surface and what is known about it, in whichever space is being worked in.
 struct Local {
     p: Vec3,
@@ -124,15 +128,22 @@ fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
 }
 
 /// The point with the given barycentrics, and the bound of its error: the weighted sum's own, and
-/// that of the plane as a ray sees it that starts there, whose numbers are the distances to the
-/// corners.
+/// that of the plane as a ray sees it that starts there: the numbers it computes with are the
+/// distances to the corners, and its normal is off by the rounding of products of edges, which in a
+/// sliver are much longer than the normal.
 fn weighted_point(corners: [Vec3; 3], weights: [f32; 3]) -> (Vec3, Vec3) {
     let terms: [Vec3; 3] = std::array::from_fn(|i| corners[i] * weights[i]);
     let p = terms[0] + terms[1] + terms[2];
     let size = terms[0].abs() + terms[1].abs() + terms[2].abs();
     let reach = corners.map(|c| (c - p).abs());
-    let size = size + reach[0].max(reach[1]).max(reach[2]);
-    (p, ROUNDING * size)
+    let farthest = reach[0].max(reach[1]).max(reach[2]);
+    let edges = [corners[1] - corners[0], corners[2] - corners[0]];
+    let [a, b] = edges.map(Vec3::abs);
+    let products = Vec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
+    let tilt = products.dot(reach[0]) / edges[0].cross(edges[1]).length();
+    // At worst, let a ray slip through the sliver.
+    let tilt = tilt.min(LARGEST_TILT * farthest.max_element());
+    (p, ROUNDING * (size + farthest + tilt))
 }
 
 /// dp/du and dp/dv of a triangle with texture coordinates, unless these do not span an area.

@@ -8,6 +8,9 @@ mod bounds;
 mod interaction;
 mod quadric;
 
+#[cfg(test)]
+mod tests;
+
 use crate::bsdf::BsdfId;
 use crate::emitter::EmitterId;
 use crate::math::{Transform, Vec2, Vec3};

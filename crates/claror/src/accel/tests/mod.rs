@@ -1,3 +1,9 @@
+//! Tests of the ray kernel as a whole.
+
+mod hostile;
+mod spawn;
+mod watertight;
+
 use super::simd::Isa;
 use super::*;
 use crate::bsdf::BsdfId;
