@@ -1,1 +1,0 @@
-//! Scene files: the Mitsuba 3 XML dialect.

@@ -1,0 +1,112 @@
+//! Integrators.
+
+use claror::integrator::{Aov, AovKind, IntegratorKind, IntegratorSettings};
+
+use super::Builder;
+use crate::scene::description::{ObjectIndex, Tag};
+use crate::scene::nearest::hint;
+use crate::scene::properties::Properties;
+use crate::scene::values::short;
+
+/// All integrator plugins.
+const PLUGINS: [&str; 6] = ["path", "direct", "aov", "depth", "volpath", "volpathmis"];
+
+impl<'a> Builder<'a> {
+    /// The integrator of the scene.
+    pub(super) fn scene_integrator(&mut self, index: ObjectIndex) {
+        let span = self.object(index).span;
+        if let Some(first) = self.integrator.replace(span) {
+            let hint = format!("the first is at {}", self.log.describe(first));
+            self.log.error(span, "only one integrator can be used", Some(hint));
+        }
+        if let Some(settings) = self.integrator(index) {
+            self.tables.integrator = settings;
+        }
+    }
+
+    fn integrator(&mut self, index: ObjectIndex) -> Option<IntegratorSettings> {
+        let properties = self.properties(index);
+        properties.ignore(&["block_size", "samples_per_pass", "timeout"]);
+        let settings = match properties.plugin() {
+            // Without media the volumetric integrators are path tracers.
+            "path" | "volpath" | "volpathmis" => Some(path(&properties)),
+            "direct" => Some(direct(&properties)),
+            "depth" => {
+                Some(IntegratorSettings { kind: IntegratorKind::Depth, ..Default::default() })
+            }
+            "aov" => self.aov(&properties),
+            _ => {
+                self.unsupported(&properties, &PLUGINS, "\"path\" is used instead");
+                None
+            }
+        };
+        self.finish(properties);
+        settings
+    }
+
+    fn aov(&mut self, properties: &Properties<'a>) -> Option<IntegratorSettings> {
+        let list = properties.string("aovs");
+        if list.is_none() {
+            self.missing(properties, "aovs");
+        }
+        for token in list.unwrap_or_default().split(',').map(str::trim).filter(|t| !t.is_empty()) {
+            let (name, word) = token.split_once(':').unwrap_or((token, token));
+            match AovKind::from_name(word.trim()) {
+                Some(kind) => {
+                    self.tables.aovs.push(Aov { name: name.trim().to_owned(), kind });
+                }
+                None => {
+                    let known: Vec<&str> = AovKind::ALL.iter().map(|k| k.name()).collect();
+                    let message = format!("aov \"{}\" is not known", short(word));
+                    properties.error("aovs", message, hint(word.trim(), known));
+                }
+            }
+        }
+        let nested = self.nested(properties, Tag::Integrator);
+        if let Some((second, _)) = nested.get(1) {
+            let message = "\"aov\" takes one nested integrator";
+            self.log.error(second.span, message, None);
+        }
+        let (_, index) = nested.first()?;
+        self.integrator(*index)
+    }
+}
+
+/// `max_depth`, where −1 means no limit.
+fn max_depth(properties: &Properties) -> Option<u32> {
+    let range = -1..=i64::from(u32::MAX);
+    u32::try_from(properties.integer("max_depth", -1, range)).ok()
+}
+
+fn path(properties: &Properties) -> IntegratorSettings {
+    IntegratorSettings {
+        kind: IntegratorKind::Path,
+        max_depth: max_depth(properties),
+        rr_depth: properties.count("rr_depth", 5, 1),
+        hide_emitters: properties.boolean("hide_emitters", false),
+    }
+}
+
+fn direct(properties: &Properties) -> IntegratorSettings {
+    let both = properties.count("shading_samples", 1, 1);
+    let emitter_samples = properties.count("emitter_samples", both, 0);
+    let bsdf_samples = properties.count("bsdf_samples", both, 0);
+    if properties.is_given("shading_samples") {
+        for name in ["emitter_samples", "bsdf_samples"] {
+            if properties.is_given(name) {
+                let message = format!("\"{name}\" stands beside \"shading_samples\": give one");
+                properties.error(name, message, None);
+            }
+        }
+    }
+    if emitter_samples == 0 && bsdf_samples == 0 {
+        let message = "\"direct\" needs emitter or bsdf samples";
+        properties.error("emitter_samples", message, None);
+    }
+    IntegratorSettings {
+        kind: IntegratorKind::Direct { emitter_samples, bsdf_samples },
+        max_depth: Some(2),
+        rr_depth: 5,
+        hide_emitters: properties.boolean("hide_emitters", false),
+    }
+}
