@@ -10,6 +10,7 @@ mod finish;
 mod normals;
 mod obj;
 mod ply;
+mod serialized;
 #[cfg(test)]
 mod tests;
 
@@ -78,6 +79,15 @@ pub fn read_ply(
     ply_from_bytes(&Source::new(path).read(limits)?, path, options, limits)
 }
 
+/// Reads one mesh of a Mitsuba `serialized` file; see [`MeshOptions`].
+pub fn read_serialized(
+    path: &Path,
+    options: &MeshOptions,
+    limits: &Limits,
+) -> Result<LoadedMesh, ReadError> {
+    serialized_from_bytes(&Source::new(path).read(limits)?, path, options, limits)
+}
+
 /// [`read_obj`] of bytes in memory; `path` only names them in messages.
 pub fn obj_from_bytes(
     bytes: &[u8],
@@ -98,4 +108,16 @@ pub fn ply_from_bytes(
 ) -> Result<LoadedMesh, ReadError> {
     let source = Source::new(path);
     finish::finish(ply::parse(bytes, source, limits)?, source, options)
+}
+
+/// [`read_serialized`] of bytes in memory; `path` only names them in messages.
+pub fn serialized_from_bytes(
+    bytes: &[u8],
+    path: &Path,
+    options: &MeshOptions,
+    limits: &Limits,
+) -> Result<LoadedMesh, ReadError> {
+    let source = Source::new(path);
+    let raw = serialized::parse(bytes, options.shape_index, source, limits)?;
+    finish::finish(raw, source, options)
 }

@@ -33,7 +33,7 @@ fn obj_without_normals_gets_those_of_mitsuba() {
     let loaded = obj(&format!("{VERTICES}f 1 2 3\nf 1 3 4\n"), &MeshOptions::default()).unwrap();
     let mesh = loaded.mesh;
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
-    let h = 0.70711;
+    let h = std::f32::consts::FRAC_1_SQRT_2;
     assert_close(&mesh.normals, &[[h, 0.0, h], [0.0, 0.0, 1.0], [h, 0.0, h], [1.0, 0.0, 0.0]]);
 }
 
@@ -41,7 +41,7 @@ fn obj_without_normals_gets_those_of_mitsuba() {
 fn a_mirror_turns_computed_normals_inside_out_but_not_stored_ones() {
     let text = format!("{VERTICES}f 1 2 3\nf 1 3 4\n");
     let mesh = obj(&text, &scale(-1.0, 1.0, 2.0)).unwrap().mesh;
-    let h = 0.70711;
+    let h = std::f32::consts::FRAC_1_SQRT_2;
     let wanted = [[h, 0.0, -h], [0.0, 0.0, -1.0], [0.81562, 0.0, -0.57859], [1.0, 0.0, 0.0]];
     assert_close(&mesh.normals, &wanted);
 
