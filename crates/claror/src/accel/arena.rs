@@ -12,11 +12,13 @@ use std::ptr::NonNull;
 #[repr(C, align(32))]
 pub(super) struct Row(pub(super) [f32; 8]);
 
-/// The same rows, as twice as many halves.
+/// The same rows, cut into pieces of `N` numbers.
 #[inline(always)]
-pub(super) fn halves<const N: usize, const HALVES: usize>(rows: &[Row; N]) -> &[[f32; 4]; HALVES] {
-    const { assert!(HALVES == 2 * N) };
-    // SAFETY: same size, weaker alignment, plain floats.
+pub(super) fn cut<const ROWS: usize, const N: usize, const PIECES: usize>(
+    rows: &[Row; ROWS],
+) -> &[[f32; N]; PIECES] {
+    const { assert!(N * PIECES == 8 * ROWS) };
+    // SAFETY: same size, no stronger alignment, plain floats.
     unsafe { &*std::ptr::from_ref(rows).cast() }
 }
 

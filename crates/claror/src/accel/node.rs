@@ -1,5 +1,5 @@
-//! What a tree looks like in memory: inner nodes of eight rows and leaf blocks of five, all in one
-//! [`Arena`], named by the number of their first row.
+//! What a tree looks like in memory: inner nodes and blocks of triangles, all in one [`Arena`], named
+//! by the number of their first row.
 
 use super::arena::{self, Arena, Row};
 use super::simd::Simd;
@@ -8,19 +8,19 @@ use crate::shape::{InstanceId, ShapeId};
 
 /// Children per inner node.
 pub(super) const WIDTH: usize = 8;
-/// Triangles per leaf block.
-pub(super) const BLOCK: usize = 4;
-/// Most blocks of a leaf.
-pub(super) const LEAF_BLOCKS: usize = 2;
-/// Most triangles of a leaf.
-pub(super) const LEAF_TRIANGLES: usize = BLOCK * LEAF_BLOCKS;
+/// Most triangles of a leaf that is a narrow block.
+pub(super) const NARROW: usize = 4;
+/// Most triangles of a leaf that is a wide block.
+pub(super) const WIDE: usize = 8;
 /// No path from the root of a tree to a leaf has more inner nodes than this: the builder sees
 /// to it, and the traversal's stack relies on it.
 pub(super) const MAX_DEPTH: usize = 64;
 /// Rows of an inner node: 256 bytes, four cache lines.
 pub(super) const NODE_ROWS: usize = 8;
-/// Rows of a leaf block: 160 bytes.
-pub(super) const BLOCK_ROWS: usize = 5;
+/// Rows of a narrow block: 160 bytes.
+pub(super) const NARROW_ROWS: usize = 5;
+/// Rows of a wide block: 320 bytes.
+pub(super) const WIDE_ROWS: usize = 10;
 
 /// An inner node: the boxes of eight children, each bound in a row of its own so that a ray is
 /// tested against all eight at once. Rows 0 to 5: min x, max x, min y, max y, min z, max z. Row 6:
@@ -66,14 +66,14 @@ pub(super) fn set_child(rows: &mut [Row], i: usize, bounds: Bounds3, child: Chil
 }
 
 /// What stands under a child slot, in 32 bits:
-/// bit 31 leaf, bit 30 two blocks instead of one, bit 29 a special primitive instead of triangles;
+/// bit 31 leaf, bit 30 a wide block instead of a narrow one, bit 29 a special primitive instead of triangles;
 /// below them the first row of the node or block, or the number of the special primitive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Child(pub(super) u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    const SECOND_BLOCK: u32 = 1 << 30;
+    const WIDE_BLOCK: u32 = 1 << 30;
     const SPECIAL: u32 = 1 << 29;
     const NUMBER: u32 = Self::SPECIAL - 1;
     /// A leaf with nothing in it.
@@ -86,10 +86,9 @@ impl Child {
         Self(row as u32)
     }
 
-    pub(super) fn blocks(row: usize, count: usize) -> Self {
-        debug_assert!(row < Self::MAX_NUMBER && (1..=LEAF_BLOCKS).contains(&count));
-        let second = if count == 2 { Self::SECOND_BLOCK } else { 0 };
-        Self(Self::LEAF | second | row as u32)
+    pub(super) fn block(row: usize, is_wide: bool) -> Self {
+        debug_assert!(row < Self::MAX_NUMBER);
+        Self(Self::LEAF | if is_wide { Self::WIDE_BLOCK } else { 0 } | row as u32)
     }
 
     pub(super) fn special(number: usize) -> Self {
@@ -113,60 +112,66 @@ impl Child {
         (self.0 & Self::NUMBER) as usize
     }
 
-    /// Blocks of a triangle leaf.
+    /// Of a triangle leaf.
     #[inline(always)]
-    pub(super) fn block_count(self) -> usize {
-        1 + usize::from(self.0 & Self::SECOND_BLOCK != 0)
+    pub(super) fn is_wide(self) -> bool {
+        self.0 & Self::WIDE_BLOCK != 0
     }
 }
 
-/// Four triangles, coordinate by coordinate: nine half rows, `3·vertex + axis`, with one column per
-/// triangle, and a tenth with the bits of each triangle's number in its tree. Absent triangles have
-/// the number [`LeafBlock::ABSENT`] and vertices of NaN, which no ray meets.
+/// Number of an absent triangle.
+pub(super) const ABSENT: u32 = u32::MAX;
+/// Pieces of a block.
+const PIECES: usize = 10;
+/// The piece with the triangles' numbers.
+const IDS: usize = 9;
+
+/// Up to `N` triangles, coordinate by coordinate: nine pieces, `3·vertex + axis`, with one number
+/// per triangle, and a tenth with the bits of each triangle's number in its tree. Absent triangles
+/// have the number [`ABSENT`] and vertices of NaN, which no ray meets.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
-pub(super) struct LeafBlock<'a>(pub(super) &'a [Row; BLOCK_ROWS]);
+pub(super) struct LeafBlock<'a, const N: usize>(&'a [[f32; N]; PIECES]);
 
-impl<'a> LeafBlock<'a> {
-    /// Number of an absent triangle.
-    pub(super) const ABSENT: u32 = u32::MAX;
-    const IDS: usize = 9;
-
-    #[inline(always)]
-    fn halves(self) -> &'a [[f32; BLOCK]; 2 * BLOCK_ROWS] {
-        arena::halves(self.0)
-    }
-
+impl<'a, const N: usize> LeafBlock<'a, N> {
     /// One coordinate of one vertex of all triangles.
     #[inline(always)]
-    pub(super) fn coordinates(self, vertex: usize, axis: usize) -> &'a [f32; BLOCK] {
-        &self.halves()[3 * (vertex & 3) + (axis & 3)]
+    pub(super) fn coordinates(self, vertex: usize, axis: usize) -> &'a [f32; N] {
+        &self.0[3 * vertex + (axis & 3)]
     }
 
     /// Number of the triangle in a column.
     #[inline(always)]
     pub(super) fn id(self, column: usize) -> u32 {
-        self.halves()[Self::IDS][column].to_bits()
+        self.0[IDS][column].to_bits()
     }
 }
 
-/// Makes the rows of a block without triangles.
-pub(super) fn clear_block(rows: &mut [Row]) {
-    rows[..BLOCK_ROWS].fill(Row([f32::NAN; 8]));
-    for column in 0..BLOCK {
-        rows[LeafBlock::IDS / 2].0[BLOCK + column] = f32::from_bits(LeafBlock::ABSENT);
-    }
+/// Rows of a block of so many triangles.
+pub(super) fn block_rows(triangles: usize) -> usize {
+    if triangles > NARROW { WIDE_ROWS } else { NARROW_ROWS }
 }
 
-/// Sets one triangle in the rows of a block.
-pub(super) fn set_triangle(rows: &mut [Row], column: usize, id: u32, vertices: [Vec3; 3]) {
-    let mut set = |i: usize, x: f32| rows[i / 2].0[BLOCK * (i % 2) + column] = x;
-    for (vertex, p) in vertices.into_iter().enumerate() {
-        for axis in 0..3 {
-            set(3 * vertex + axis, p[axis]);
+/// Makes the rows of a block.
+pub(super) fn write_block(rows: &mut [Row], triangles: &[(u32, [Vec3; 3])]) {
+    let width = if triangles.len() > NARROW { WIDE } else { NARROW };
+    rows[..block_rows(triangles.len())].fill(Row([f32::NAN; 8]));
+    let mut set = |piece: usize, column: usize, x: f32| {
+        let at = piece * width + column;
+        rows[at / 8].0[at % 8] = x;
+    };
+    for column in 0..width {
+        let Some(&(id, vertices)) = triangles.get(column) else {
+            set(IDS, column, f32::from_bits(ABSENT));
+            continue;
+        };
+        for (vertex, p) in vertices.into_iter().enumerate() {
+            for axis in 0..3 {
+                set(3 * vertex + axis, column, p[axis]);
+            }
         }
+        set(IDS, column, f32::from_bits(id));
     }
-    set(LeafBlock::IDS, f32::from_bits(id));
 }
 
 /// What is not a triangle.
@@ -214,10 +219,18 @@ impl Tree {
         WideNode(self.rows[row..].first_chunk().expect("children name whole nodes"))
     }
 
-    /// The leaf block that begins at a row.
+    /// The narrow block that begins at a row.
     #[inline(always)]
-    pub(super) fn block(&self, row: usize) -> LeafBlock<'_> {
-        LeafBlock(self.rows[row..].first_chunk().expect("children name whole blocks"))
+    pub(super) fn narrow_block(&self, row: usize) -> LeafBlock<'_, NARROW> {
+        let rows = self.rows[row..].first_chunk::<NARROW_ROWS>();
+        LeafBlock(arena::cut(rows.expect("children name whole blocks")))
+    }
+
+    /// The wide block that begins at a row.
+    #[inline(always)]
+    pub(super) fn wide_block(&self, row: usize) -> LeafBlock<'_, WIDE> {
+        let rows = self.rows[row..].first_chunk::<WIDE_ROWS>();
+        LeafBlock(arena::cut(rows.expect("children name whole blocks")))
     }
 
     /// Begins to bring what stands under a child closer.

@@ -1,6 +1,6 @@
 //! From a ray to the triangles that it meets.
 
-use super::node::{BLOCK_ROWS, Child, LeafBlock, Special, Tree, WIDTH, WideNode};
+use super::node::{Child, LeafBlock, Special, Tree, WIDTH, WideNode};
 use super::simd::{Isa, Lanes, Portable, Simd};
 use super::stack::{Entry, Height, Stack};
 use super::triangle::{self, Shear};
@@ -77,16 +77,24 @@ impl<S: Simd> BoxRay<S> {
         }
     }
 
+    /// Where the ray meets the planes of one side of the boxes.
+    #[inline(always)]
+    fn slab(&self, node: WideNode<'_>, row: usize, axis: usize, scale: S::F8) -> S::F8 {
+        S::F8::load(&node.0[row & 7].0).sub(self.origin[axis]).mul(scale)
+    }
+
     /// Where the ray enters the eight boxes, and one bit for each that it meets in `[0, t_max]`.
     #[inline(always)]
     fn enter(&self, node: WideNode<'_>, t_max: S::F8) -> (S::F8, u32) {
-        let at = |row: usize, axis: usize, scale: S::F8| {
-            S::F8::load(&node.0[row & 7].0).sub(self.origin[axis]).mul(scale)
-        };
-        let near = |axis: usize| at(self.near_row[axis], axis, self.near_scale[axis]);
-        let far = |axis: usize| at(self.near_row[axis] ^ 1, axis, self.far_scale[axis]);
-        let enter = near(0).max(near(1)).max(near(2).max(S::F8::splat(0.0)));
-        let leave = far(0).min(far(1)).min(far(2).min(t_max));
+        let row = self.near_row;
+        let x = self.slab(node, row[0], 0, self.near_scale[0]);
+        let y = self.slab(node, row[1], 1, self.near_scale[1]);
+        let z = self.slab(node, row[2], 2, self.near_scale[2]);
+        let enter = x.max(y).max(z.max(S::F8::splat(0.0)));
+        let x = self.slab(node, row[0] ^ 1, 0, self.far_scale[0]);
+        let y = self.slab(node, row[1] ^ 1, 1, self.far_scale[1]);
+        let z = self.slab(node, row[2] ^ 1, 2, self.far_scale[2]);
+        let leave = x.min(y).min(z.min(t_max));
         (enter, enter.le(leave))
     }
 }
@@ -101,7 +109,7 @@ fn closest_generic<S: Simd>(
     special: impl Fn(Special, &RawHit) -> Option<RawHit>,
 ) {
     let boxes = BoxRay::<S>::new(ray);
-    let shear = Shear::<S>::new(ray);
+    let shear = Shear::new(ray);
     let mut stack = Stack::new();
     let mut height = Height::EMPTY;
     let mut current = Child::inner(0);
@@ -109,11 +117,10 @@ fn closest_generic<S: Simd>(
         if current.is_leaf() {
             if current.is_special() {
                 closest_special(tree, current, best, &special);
+            } else if current.is_wide() {
+                closest_in_block::<_, S::F8>(&shear, tree.wide_block(current.number()), best);
             } else {
-                for i in 0..current.block_count() {
-                    let block = tree.block(current.number() + BLOCK_ROWS * i);
-                    closest_in_block(&shear, block, best);
-                }
+                closest_in_block::<_, S::F4>(&shear, tree.narrow_block(current.number()), best);
             }
         } else {
             let node = tree.node(current.number());
@@ -176,11 +183,15 @@ impl<S: Simd> Visit<'_, S> {
 }
 
 #[inline(always)]
-fn closest_in_block<S: Simd>(ray: &Shear<S>, block: LeafBlock<'_>, best: &mut RawHit) {
-    let hits = triangle::intersect(ray, block, best.t);
+fn closest_in_block<const N: usize, V: Lanes<N>>(
+    ray: &Shear,
+    block: LeafBlock<'_, N>,
+    best: &mut RawHit,
+) {
+    let hits = triangle::intersect::<N, V>(ray, block, best.t);
     let mut mask = hits.mask;
     while mask != 0 {
-        let i = mask.trailing_zeros() as usize & 3;
+        let i = mask.trailing_zeros() as usize & (N - 1);
         mask &= mask - 1;
         let key = block.id(i);
         let (t, u, v) = (hits.t[i], hits.u[i], hits.v[i]);
@@ -214,7 +225,7 @@ fn closest_special(
 #[inline(always)]
 fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> bool) -> bool {
     let boxes = BoxRay::<S>::new(ray);
-    let shear = Shear::<S>::new(ray);
+    let shear = Shear::new(ray);
     let t_max = S::F8::splat(ray.t_max);
     let mut stack = Stack::new();
     let mut height = Height::EMPTY;
@@ -223,11 +234,12 @@ fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> boo
         if current.is_leaf() {
             let hit = if current.is_special() {
                 any_special(tree, current, &special)
+            } else if current.is_wide() {
+                let block = tree.wide_block(current.number());
+                triangle::occluded::<_, S::F8>(&shear, block, ray.t_max)
             } else {
-                (0..current.block_count()).any(|i| {
-                    let block = tree.block(current.number() + BLOCK_ROWS * i);
-                    triangle::occluded(&shear, block, ray.t_max)
-                })
+                let block = tree.narrow_block(current.number());
+                triangle::occluded::<_, S::F4>(&shear, block, ray.t_max)
             };
             if hit {
                 return true;

@@ -3,7 +3,7 @@
 use super::Accel;
 use super::build::{triangle, triangles_in};
 use super::node::{
-    BLOCK, BLOCK_ROWS, Child, LeafBlock, MAX_DEPTH, NODE_ROWS, Special, Tree, WIDTH,
+    ABSENT, Child, LeafBlock, MAX_DEPTH, NARROW_ROWS, NODE_ROWS, Special, Tree, WIDE_ROWS, WIDTH,
 };
 use crate::math::Bounds3;
 use crate::shape::{ShapeTable, transformed_bounds};
@@ -94,27 +94,28 @@ impl Check<'_> {
             let inside = holds(bounds, own);
             return inside.then_some(()).ok_or_else(|| format!("{child:?} sticks out of its box"));
         }
-        for i in 0..child.block_count() {
-            self.block(child.number() + BLOCK_ROWS * i, bounds)?;
-        }
-        Ok(())
-    }
-
-    fn block(&mut self, number: usize, bounds: Bounds3) -> Result<(), String> {
-        for row in number..number + BLOCK_ROWS {
+        let first = child.number();
+        for row in first..first + if child.is_wide() { WIDE_ROWS } else { NARROW_ROWS } {
             mark(&mut self.row_seen, row, "row")?;
         }
-        let block = self.tree.block(number);
-        for column in 0..BLOCK {
+        if child.is_wide() {
+            self.block(self.tree.wide_block(first), bounds)
+        } else {
+            self.block(self.tree.narrow_block(first), bounds)
+        }
+    }
+
+    fn block<const N: usize>(
+        &mut self,
+        block: LeafBlock<'_, N>,
+        bounds: Bounds3,
+    ) -> Result<(), String> {
+        for column in (0..N).filter(|&column| block.id(column) != ABSENT) {
             let id = block.id(column);
-            if id == LeafBlock::ABSENT {
-                continue;
-            }
             mark(&mut self.triangle_seen, id as usize, "triangle")?;
             let (shape, i) = self.tree.shape_of(id);
             for (vertex, p) in triangle(self.shapes, shape, i).into_iter().enumerate() {
-                let stored = |axis: usize| block.coordinates(vertex, axis)[column];
-                if (0..3).any(|axis| stored(axis) != p[axis]) {
+                if (0..3).any(|axis| block.coordinates(vertex, axis)[column] != p[axis]) {
                     return Err(format!("triangle {id} has another vertex {vertex}"));
                 }
                 if !holds(bounds, Bounds3 { min: p, max: p }) {

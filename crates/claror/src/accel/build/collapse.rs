@@ -3,13 +3,15 @@
 //! Laine 2017: Efficient incoherent ray traversal on GPUs through compressed wide BVHs, section
 //! 3.1).
 
-use super::super::node::{BLOCK, LEAF_TRIANGLES, WIDTH};
+use super::super::node::{NARROW, WIDE, WIDTH};
 use super::binary::BinaryNode;
 
 /// Cost of testing a ray against the eight boxes of a node.
 const NODE_COST: f32 = 1.0;
-/// Cost of testing a ray against a block of triangles.
-const BLOCK_COST: f32 = 0.6;
+/// Cost of testing a ray against a narrow block of triangles.
+const NARROW_COST: f32 = 0.6;
+/// Cost of testing a ray against a wide block of triangles.
+const WIDE_COST: f32 = 0.8;
 /// Cost of testing a ray against a sphere, disk, cylinder or instance.
 const SPECIAL_COST: f32 = 1.0;
 
@@ -130,6 +132,10 @@ fn leaf_cost(node: &BinaryNode, order: &[u32], triangle_count: u32) -> f32 {
     if count == 1 && order[0] >= triangle_count {
         return area * SPECIAL_COST;
     }
-    let fits = count <= LEAF_TRIANGLES && order[..count].iter().all(|&id| id < triangle_count);
-    if fits { area * count.div_ceil(BLOCK) as f32 * BLOCK_COST } else { f32::INFINITY }
+    let fits = count <= WIDE && order[..count].iter().all(|&id| id < triangle_count);
+    match (fits, count > NARROW) {
+        (false, _) => f32::INFINITY,
+        (true, false) => area * NARROW_COST,
+        (true, true) => area * WIDE_COST,
+    }
 }

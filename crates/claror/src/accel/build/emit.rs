@@ -4,8 +4,7 @@
 
 use super::super::arena::Arena;
 use super::super::node::{
-    BLOCK, BLOCK_ROWS, Child, NODE_ROWS, Tree, WIDTH, clear_block, clear_node, set_child,
-    set_triangle,
+    Child, NARROW, NODE_ROWS, Tree, WIDE, WIDTH, block_rows, clear_node, set_child, write_block,
 };
 use super::binary::BinaryNode;
 use super::collapse::Choice;
@@ -93,17 +92,17 @@ impl Plan<'_> {
         &self.order[part.first..part.first + self.nodes[part.node].count as usize]
     }
 
-    /// Blocks of a leaf; none for a special primitive.
-    fn block_count(&self, tree: &Tree, part: Part) -> usize {
+    /// Rows of a leaf; none for a special primitive.
+    fn leaf_rows(&self, tree: &Tree, part: Part) -> usize {
         let ids = self.ids(part);
-        if ids[0] < tree.triangle_count { ids.len().div_ceil(BLOCK) } else { 0 }
+        if ids[0] < tree.triangle_count { block_rows(ids.len()) } else { 0 }
     }
 
     /// Rows of a node and its leaves, the next node on a new cache line.
     fn own_rows(&self, tree: &Tree, parts: &Parts) -> usize {
         let leaves = parts.iter().filter(|&&p| self.is_leaf(p));
-        let blocks: usize = leaves.map(|&p| self.block_count(tree, p)).sum();
-        (NODE_ROWS + BLOCK_ROWS * blocks).next_multiple_of(2)
+        let rows: usize = leaves.map(|&p| self.leaf_rows(tree, p)).sum();
+        (NODE_ROWS + rows).next_multiple_of(2)
     }
 
     fn count_rows(&self, tree: &Tree, parts: &Parts, rows: &mut usize) {
@@ -120,9 +119,8 @@ impl Plan<'_> {
         let mut next = start + self.own_rows(tree, parts);
         for (i, &part) in parts.iter().enumerate() {
             let child = if self.is_leaf(part) {
-                let count = self.block_count(tree, part);
                 let child = self.leaf(tree, part, block);
-                block += BLOCK_ROWS * count;
+                block += self.leaf_rows(tree, part);
                 child
             } else {
                 let row = next;
@@ -139,18 +137,12 @@ impl Plan<'_> {
         if let Some(special) = ids[0].checked_sub(tree.triangle_count) {
             return Child::special(special as usize);
         }
-        for (i, ids) in ids.chunks(BLOCK).enumerate() {
-            self.block(tree, ids, start + BLOCK_ROWS * i);
-        }
-        Child::blocks(start, ids.len().div_ceil(BLOCK))
-    }
-
-    fn block(&self, tree: &mut Tree, ids: &[u32], start: usize) {
-        clear_block(&mut tree.rows[start..]);
-        for (column, &id) in ids.iter().enumerate() {
+        let vertices = |&id: &u32| {
             let (shape, i) = tree.shape_of(id);
-            let vertices = triangle(self.shapes, shape, i);
-            set_triangle(&mut tree.rows[start..], column, id, vertices);
-        }
+            (id, triangle(self.shapes, shape, i))
+        };
+        let triangles: ArrayVec<_, WIDE> = ids.iter().map(vertices).collect();
+        write_block(&mut tree.rows[start..], &triangles);
+        Child::block(start, ids.len() > NARROW)
     }
 }
