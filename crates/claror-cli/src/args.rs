@@ -1,0 +1,323 @@
+//! What was typed: options and their help, from which manual and completions are made as well.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+
+use crate::units;
+
+/// Physically based renderer for Mitsuba 3 scenes.
+#[derive(Debug, Parser)]
+#[command(
+    name = "claror",
+    version,
+    about,
+    after_help = crate::exit::TABLE,
+    propagate_version = true,
+    subcommand_required = true,
+    arg_required_else_help = true,
+    max_term_width = 100
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) common: CommonArgs,
+}
+
+/// Options of every command.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct CommonArgs {
+    /// Write one JSON object per line to standard output, and nothing else
+    ///
+    /// Every object has a member "event": start, phase, progress, warning, note, error or result.
+    #[arg(long, global = true, help_heading = "Messages")]
+    pub(crate) json: bool,
+    /// Print errors only
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "Messages")]
+    pub(crate) quiet: bool,
+    /// Also print versions, resolved parameters and timings
+    #[arg(short, long, global = true, help_heading = "Messages")]
+    pub(crate) verbose: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene to pictures
+    Render(Box<RenderArgs>),
+    /// Show what was understood of a scene: counts, lights, memory, warnings
+    Info(SceneArgs),
+    /// Read and validate a scene without rendering it
+    Check(SceneArgs),
+    /// Measure how far two pictures differ
+    Compare(CompareArgs),
+    /// Write a completion script for a shell to standard output
+    Completions(CompletionsArgs),
+    /// Write the manual page to standard output
+    Man,
+}
+
+/// The scene and how to read it.
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// Scene file, in the XML format of Mitsuba 3
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scene: PathBuf,
+    /// Set a parameter of the scene file: replaces its <default> and stands for $NAME
+    #[arg(
+        short = 'D',
+        long = "define",
+        value_name = "NAME=VALUE",
+        value_parser = units::parse_assignment,
+        help_heading = "Scene"
+    )]
+    pub(crate) defines: Vec<(String, String)>,
+    /// Replace unsupported plugins by grey diffuse, with a warning, instead of refusing the scene
+    #[arg(long, help_heading = "Scene")]
+    pub(crate) lenient: bool,
+    /// Threads to use [default: as many as the processor runs at once]
+    #[arg(
+        short,
+        long,
+        env = "CLAROR_THREADS",
+        hide_env_values = true,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=4096)
+    )]
+    pub(crate) threads: Option<u16>,
+    /// Refuse to use more memory than this, for instance 8G [default: what is available]
+    #[arg(
+        long,
+        env = "CLAROR_MAX_MEMORY",
+        hide_env_values = true,
+        value_name = "SIZE",
+        value_parser = units::parse_bytes
+    )]
+    pub(crate) max_memory: Option<u64>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_NOTES)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
+    #[command(flatten)]
+    pub(crate) change: ChangeArgs,
+    #[command(flatten)]
+    pub(crate) checkpoint: CheckpointArgs,
+}
+
+const RENDER_NOTES: &str = "\
+Examples:
+  claror render scenes/cornell-box.xml
+  claror render room.xml -o room.exr -o room.png --spp 1024 --error 0.01
+  claror render room.xml --time 10m --checkpoint room.ckpt      # Ctrl-C at any time
+  claror render room.xml --time 10m --checkpoint room.ckpt --resume
+  claror render room.xml --size 320x180 -p integrator.max_depth=4 -o - | display exr:-
+
+Ctrl-C ends the tile, writes pictures and checkpoint and exits with 130; twice, it stops at once.
+`claror --help` lists the exit codes.";
+
+/// Where the picture goes.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputArgs {
+    /// Picture to write, in the format of its ending: exr, png, hdr, pfm; may be repeated; `-` is
+    /// standard output [default: the scene's name with .exr and .png, in the current folder]
+    #[arg(short, long = "output", value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Format of `-o -`
+    #[arg(long, value_name = "FORMAT", default_value = "exr", hide_possible_values = false)]
+    pub(crate) format: Format,
+    /// Make 8-bit pictures brighter by this many stops (factors of two)
+    #[arg(
+        long,
+        value_name = "STOPS",
+        default_value = "0",
+        value_parser = units::parse_finite,
+        allow_negative_numbers = true
+    )]
+    pub(crate) exposure: f32,
+    /// Also write the parts of the light as layers of the EXR file; they sum to the picture
+    #[arg(long)]
+    pub(crate) layers: bool,
+    /// Also write features of what is seen as layers of the EXR file, separated by commas
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) aov: Vec<String>,
+}
+
+/// When the render is done.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "When to stop (the first one wins)")]
+pub(crate) struct StopArgs {
+    /// Samples per pixel [default: what the scene says, unless --time or --error is given]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) spp: Option<u32>,
+    /// Time to render, such as 60s, 10m or 2h
+    #[arg(long, value_name = "TIME", value_parser = units::parse_duration)]
+    pub(crate) time: Option<Duration>,
+    /// Estimated relative error of the picture
+    #[arg(long, value_name = "ERROR", value_parser = units::parse_positive)]
+    pub(crate) error: Option<f32>,
+}
+
+/// What to change in the scene.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Changes to the scene")]
+pub(crate) struct ChangeArgs {
+    /// How light is computed: path, direct or depth
+    #[arg(short, long, value_name = "NAME")]
+    pub(crate) integrator: Option<String>,
+    /// Set a parameter, such as integrator.max_depth=4; an unknown name lists them all
+    #[arg(
+        short = 'p',
+        long = "parameter",
+        value_name = "OBJECT.KEY=VALUE",
+        value_parser = units::parse_assignment
+    )]
+    pub(crate) parameters: Vec<(String, String)>,
+    /// Camera, by its number from 0 or its id
+    #[arg(long, value_name = "SENSOR")]
+    pub(crate) sensor: Option<String>,
+    /// Size of the film in pixels; the horizontal field of view stays, a crop does not
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = units::parse_size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Render only this part of the film, in pixels of the whole film
+    #[arg(long, value_name = "X,Y,W,H", value_parser = units::parse_crop)]
+    pub(crate) crop: Option<[u32; 4]>,
+    /// Sample pattern: sobol or independent
+    #[arg(long, value_name = "NAME")]
+    pub(crate) sampler: Option<String>,
+    /// Seed of the sample pattern [default: what the scene says, else 0]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+}
+
+/// How to stop today and go on tomorrow.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Checkpoints")]
+pub(crate) struct CheckpointArgs {
+    /// Keep the state of the render in this file, whole at any moment
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) checkpoint: Option<PathBuf>,
+    /// Time between two checkpoints
+    #[arg(
+        long,
+        value_name = "TIME",
+        default_value = "60s",
+        value_parser = units::parse_duration,
+        requires = "checkpoint"
+    )]
+    pub(crate) every: Duration,
+    /// Go on from the checkpoint, to the same bits as without a break; start if there is none
+    #[arg(long, requires = "checkpoint")]
+    pub(crate) resume: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// Picture to judge
+    #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
+    pub(crate) picture: PathBuf,
+    /// Picture to compare with, the reference
+    #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
+    pub(crate) reference: PathBuf,
+    /// Exit with 6 if a metric is above its value: mse, relmse, mape, mean (signed, by its size),
+    /// flip; may be repeated
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = parse_threshold)]
+    pub(crate) fail_above: Vec<(Metric, f64)>,
+    /// Write where the pictures differ, as a picture
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) error_image: Option<PathBuf>,
+}
+
+/// How the difference of two pictures is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Metric {
+    Mse,
+    Relmse,
+    Mape,
+    Mean,
+    Flip,
+}
+
+fn parse_threshold(text: &str) -> Result<(Metric, f64), String> {
+    let (name, value) = units::parse_assignment(text)?;
+    let metric = Metric::from_str(&name, true)
+        .map_err(|_| "the metrics are mse, relmse, mape, mean and flip".to_owned())?;
+    match value.parse::<f64>() {
+        Ok(value) if value >= 0.0 => Ok((metric, value)),
+        _ => Err("expected a number not below 0".to_owned()),
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+/// Picture formats that can be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// OpenEXR, 32-bit float, layers and metadata
+    Exr,
+    /// PNG, 8-bit sRGB
+    Png,
+    /// Radiance RGBE
+    Hdr,
+    /// Portable float map, 32-bit float
+    Pfm,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn defines_need_no_space() {
+        let cli = Cli::try_parse_from(["claror", "render", "a.xml", "-Dspp=4", "-D", "b=c=d"])
+            .expect("valid");
+        let Command::Render(args) = cli.command else { panic!("render was asked for") };
+        let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+        assert_eq!(args.scene.defines, [pair("spp", "4"), pair("b", "c=d")]);
+    }
+
+    #[test]
+    fn exposures_and_seeds_may_look_like_options() {
+        let cli = Cli::try_parse_from(["claror", "render", "a.xml", "--exposure", "-1.5"]);
+        let Command::Render(args) = cli.expect("valid").command else { panic!("render") };
+        assert_eq!(args.output.exposure, -1.5);
+    }
+
+    #[test]
+    fn impossible_values_are_refused() {
+        for bad in [
+            &["--spp", "0"][..],
+            &["--spp", "-3"],
+            &["--time", "0s"],
+            &["--error", "nan"],
+            &["--size", "0x10"],
+            &["--threads", "0"],
+            &["--resume"],
+            &["--every", "5s"],
+            &["-q", "-v"],
+            &["--format", "gif"],
+            &["-D", "novalue"],
+        ] {
+            let words = ["claror", "render", "a.xml"].iter().chain(bad);
+            assert!(Cli::try_parse_from(words).is_err(), "{bad:?} was accepted");
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! What the options mean, as far as it can be said without the scene.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use claror::integrator::{Aov, AovKind};
+use claror::render::RenderSettings;
+use claror::scene::SceneTables;
+use claror_io::image::Format;
+
+use crate::args::{self, ChangeArgs, RenderArgs, SceneArgs};
+use crate::exit::Failure;
+use crate::output::{self, Destination, Output};
+use crate::parameters::{self, Target};
+
+/// A render as it was asked for.
+#[derive(Debug)]
+pub(crate) struct RenderConfig {
+    pub(crate) scene: SceneArgs,
+    pub(crate) outputs: Vec<Output>,
+    pub(crate) exposure: f32,
+    pub(crate) layers: bool,
+    pub(crate) aovs: Vec<Aov>,
+    pub(crate) stop: RenderSettings,
+    pub(crate) changes: ChangeArgs,
+    pub(crate) checkpoint: Option<Checkpoint>,
+}
+
+/// Where and how often the state is kept.
+#[derive(Debug)]
+pub(crate) struct Checkpoint {
+    pub(crate) file: PathBuf,
+    pub(crate) every: Duration,
+    pub(crate) resume: bool,
+}
+
+impl RenderConfig {
+    /// Of the options; fails before any work if the results could not be written.
+    pub(crate) fn new(args: RenderArgs, json: bool) -> Result<Self, Failure> {
+        let outputs = outputs(&args, json)?;
+        let checkpoint = args.checkpoint.checkpoint.map(|file| Checkpoint {
+            file,
+            every: args.checkpoint.every,
+            resume: args.checkpoint.resume,
+        });
+        let files: Vec<&Path> = outputs
+            .iter()
+            .filter_map(|output| match &output.destination {
+                Destination::File(path) => Some(path.as_path()),
+                Destination::Stdout => None,
+            })
+            .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
+            .collect();
+        output::check_writable(&files)?;
+        Ok(Self {
+            scene: args.scene,
+            outputs,
+            exposure: args.output.exposure,
+            layers: args.output.layers,
+            aovs: args.output.aov.iter().map(|name| aov(name)).collect::<Result<_, _>>()?,
+            stop: RenderSettings {
+                spp: args.stop.spp,
+                max_seconds: args.stop.time.map(|time| time.as_secs_f64()),
+                target_error: args.stop.error,
+                scene_hash: None,
+            },
+            changes: args.change,
+            checkpoint,
+        })
+    }
+
+    /// True when a picture goes to standard output.
+    pub(crate) fn takes_stdout(&self) -> bool {
+        self.outputs.iter().any(|output| output.destination == Destination::Stdout)
+    }
+
+    /// Makes the changes that were asked for; returns the number of the sensor.
+    pub(crate) fn apply(&self, tables: &mut SceneTables) -> Result<usize, Failure> {
+        let index = choose_sensor(tables, self.changes.sensor.as_deref())?;
+        let mut target =
+            Target { integrator: &mut tables.integrator, sensor: &mut tables.sensors[index] };
+        change(&mut target, &self.changes)?;
+        for aov in &self.aovs {
+            if tables.aovs.iter().any(|other| other.name == aov.name) {
+                return Err(Failure::usage(format!("two layers would be called {}", aov.name)));
+            }
+            tables.aovs.push(aov.clone());
+        }
+        Ok(index)
+    }
+}
+
+fn outputs(args: &RenderArgs, json: bool) -> Result<Vec<Output>, Failure> {
+    if args.output.outputs.is_empty() {
+        return Output::defaults(&args.scene.scene);
+    }
+    let format = match args.output.format {
+        args::Format::Exr => Format::Exr,
+        args::Format::Png => Format::Png,
+        args::Format::Hdr => Format::Hdr,
+        args::Format::Pfm => Format::Pfm,
+    };
+    let outputs: Vec<Output> = args
+        .output
+        .outputs
+        .iter()
+        .map(|argument| Output::new(argument, format))
+        .collect::<Result<_, _>>()?;
+    let to_stdout = outputs.iter().filter(|o| o.destination == Destination::Stdout).count();
+    if to_stdout > 1 {
+        return Err(Failure::usage("-o - can be given once only"));
+    }
+    if to_stdout == 1 && json {
+        return Err(Failure::usage("--json and -o - both want standard output"));
+    }
+    Ok(outputs)
+}
+
+/// A further layer: `albedo`, `Albedo`, or with a name of its own, `colour:albedo`.
+fn aov(text: &str) -> Result<Aov, Failure> {
+    let (layer, kind) = text.split_once(':').unzip();
+    let wanted = kind.unwrap_or(text).trim();
+    let found = AovKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == wanted || kind.default_layer() == wanted);
+    let Some(kind) = found else {
+        let names: Vec<&str> = AovKind::ALL.into_iter().map(AovKind::name).collect();
+        return Err(Failure::usage(format!("there is no layer `{wanted}`"))
+            .hint(format!("the layers are {}", names.join(", "))));
+    };
+    let name = layer.map_or_else(|| kind.default_layer().to_owned(), |l| l.trim().to_owned());
+    Ok(Aov { name, kind })
+}
+
+fn choose_sensor(tables: &SceneTables, wanted: Option<&str>) -> Result<usize, Failure> {
+    let sensors = &tables.sensors;
+    let Some(wanted) = wanted else {
+        return if sensors.is_empty() {
+            Err(Failure::new(crate::exit::Exit::Scene, "the scene has no sensor"))
+        } else {
+            Ok(0)
+        };
+    };
+    let by_name = sensors.iter().position(|sensor| sensor.name == wanted);
+    let by_number = || wanted.parse().ok().filter(|index| *index < sensors.len());
+    by_name.or_else(by_number).ok_or_else(|| {
+        let names: Vec<String> = sensors
+            .iter()
+            .enumerate()
+            .map(|(index, sensor)| match sensor.name.as_str() {
+                "" => index.to_string(),
+                name => format!("{index} ({name})"),
+            })
+            .collect();
+        Failure::usage(format!("the scene has no sensor `{wanted}`"))
+            .hint(format!("its sensors are {}", names.join(", ")))
+    })
+}
+
+/// The options with names of their own first, then `-p` in the order typed.
+fn change(target: &mut Target, changes: &ChangeArgs) -> Result<(), Failure> {
+    let named = |option: &str, result: Result<(), String>| {
+        result.map_err(|why| Failure::usage(format!("{option}: {why}")))
+    };
+    if let Some(name) = &changes.integrator {
+        named("--integrator", parameters::set_integrator(target.integrator, name))?;
+    }
+    if let Some(name) = &changes.sampler {
+        named("--sampler", parameters::set_sampler(target.sensor, name))?;
+    }
+    if let Some(seed) = changes.seed {
+        target.sensor.sampler.seed = seed;
+    }
+    if let Some((width, height)) = changes.size {
+        named("--size", parameters::resize(target.sensor, width, height))?;
+    }
+    for (name, value) in &changes.parameters {
+        parameters::set(target, name, value)
+            .map_err(|(what, help)| Failure::usage(what).hint(help))?;
+    }
+    if let Some(crop) = changes.crop {
+        named("--crop", parameters::crop(target.sensor, crop))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_go_by_either_name_or_their_own() {
+        let named = |text: &str| aov(text).map(|aov| (aov.name, aov.kind)).ok();
+        assert_eq!(named("albedo"), Some(("Albedo".to_owned(), AovKind::Albedo)));
+        assert_eq!(named("Ns"), Some(("Ns".to_owned(), AovKind::ShadingNormal)));
+        assert_eq!(named("mine:depth"), Some(("mine".to_owned(), AovKind::Depth)));
+        assert_eq!(named("colour"), None);
+    }
+}

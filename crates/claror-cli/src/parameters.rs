@@ -1,0 +1,395 @@
+//! Parameters of a render by name: what `-p` sets, what `-v` and the picture's metadata list, and
+//! what a checkpoint must agree on.
+
+use std::fmt::Display;
+use std::str::FromStr;
+
+use claror::film::{CropWindow, FilterKind};
+use claror::integrator::{IntegratorKind, IntegratorSettings};
+use claror::sampler::SamplerKind;
+use claror::sensor::Sensor;
+
+/// What the parameters belong to.
+#[derive(Debug)]
+pub(crate) struct Target<'a> {
+    pub(crate) integrator: &'a mut IntegratorSettings,
+    pub(crate) sensor: &'a mut Sensor,
+}
+
+/// One parameter.
+struct Parameter {
+    name: &'static str,
+    get: fn(&IntegratorSettings, &Sensor) -> Option<String>,
+    set: fn(&mut Target, &str) -> Result<(), String>,
+}
+
+/// All parameters, in the order in which they are listed.
+const PARAMETERS: &[Parameter] = &[
+    Parameter {
+        name: "integrator.type",
+        get: |integrator, _| Some(integrator_name(integrator.kind).to_owned()),
+        set: |target, value| set_integrator(target.integrator, value),
+    },
+    Parameter {
+        name: "integrator.max_depth",
+        get: |integrator, _| Some(integrator.max_depth.map_or(-1, i64::from).to_string()),
+        set: |target, value| match number::<i64>(value)? {
+            -1 => {
+                target.integrator.max_depth = None;
+                Ok(())
+            }
+            depth => {
+                let depth = u32::try_from(depth);
+                target.integrator.max_depth =
+                    Some(depth.map_err(|_| "expected a depth, or -1 for no limit".to_owned())?);
+                Ok(())
+            }
+        },
+    },
+    Parameter {
+        name: "integrator.rr_depth",
+        get: |integrator, _| Some(integrator.rr_depth.to_string()),
+        set: |target, value| match number(value)? {
+            0 => Err("Russian roulette begins at depth 1 or later".to_owned()),
+            depth => assign(&mut target.integrator.rr_depth, depth),
+        },
+    },
+    Parameter {
+        name: "integrator.hide_emitters",
+        get: |integrator, _| Some(integrator.hide_emitters.to_string()),
+        set: |target, value| assign(&mut target.integrator.hide_emitters, boolean(value)?),
+    },
+    Parameter {
+        name: "integrator.emitter_samples",
+        get: |integrator, _| direct(integrator.kind).map(|(emitter, _)| emitter.to_string()),
+        set: |target, value| set_direct(target.integrator, Some(number(value)?), None),
+    },
+    Parameter {
+        name: "integrator.bsdf_samples",
+        get: |integrator, _| direct(integrator.kind).map(|(_, bsdf)| bsdf.to_string()),
+        set: |target, value| set_direct(target.integrator, None, Some(number(value)?)),
+    },
+    Parameter {
+        name: "sampler.type",
+        get: |_, sensor| Some(sampler_name(sensor.sampler.kind).to_owned()),
+        set: |target, value| set_sampler(target.sensor, value),
+    },
+    Parameter {
+        name: "sampler.seed",
+        get: |_, sensor| Some(sensor.sampler.seed.to_string()),
+        set: |target, value| assign(&mut target.sensor.sampler.seed, number(value)?),
+    },
+    Parameter {
+        name: "sampler.sample_count",
+        get: |_, sensor| Some(sensor.sampler.sample_count.to_string()),
+        set: |target, value| match number(value)? {
+            0 => Err("a pixel needs at least one sample".to_owned()),
+            count => assign(&mut target.sensor.sampler.sample_count, count),
+        },
+    },
+    Parameter {
+        name: "sensor.near_clip",
+        get: |_, sensor| Some(sensor.near_clip.to_string()),
+        set: |target, value| assign(&mut target.sensor.near_clip, positive(value)?),
+    },
+    Parameter {
+        name: "sensor.far_clip",
+        get: |_, sensor| Some(sensor.far_clip.to_string()),
+        set: |target, value| assign(&mut target.sensor.far_clip, positive(value)?),
+    },
+    Parameter {
+        name: "film.width",
+        get: |_, sensor| Some(sensor.film.width.to_string()),
+        set: |target, value| resize(target.sensor, number(value)?, target.sensor.film.height),
+    },
+    Parameter {
+        name: "film.height",
+        get: |_, sensor| Some(sensor.film.height.to_string()),
+        set: |target, value| resize(target.sensor, target.sensor.film.width, number(value)?),
+    },
+    Parameter {
+        name: "film.crop",
+        get: |_, sensor| {
+            let CropWindow { x, y, width, height } = sensor.film.crop;
+            Some(format!("{x},{y},{width},{height}"))
+        },
+        set: |target, value| crop(target.sensor, crate::units::parse_crop(value)?),
+    },
+    Parameter {
+        name: "film.alpha",
+        get: |_, sensor| Some(sensor.film.alpha.to_string()),
+        set: |target, value| assign(&mut target.sensor.film.alpha, boolean(value)?),
+    },
+    Parameter {
+        name: "film.rfilter",
+        get: |_, sensor| Some(filter_name(sensor.film.filter)),
+        set: |target, value| set_filter(target.sensor, value),
+    },
+];
+
+/// Sets the parameter `name`; the error says what is wrong and, second, what to do.
+pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (String, String)> {
+    let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
+        return Err((format!("there is no parameter `{name}`"), unknown(name)));
+    };
+    (parameter.set)(target, value.trim())
+        .map_err(|why| (format!("`{value}` cannot be the value of {name}"), why))
+}
+
+/// All parameters with their values, those that do not apply left out.
+pub(crate) fn list(
+    integrator: &IntegratorSettings,
+    sensor: &Sensor,
+) -> Vec<(&'static str, String)> {
+    PARAMETERS
+        .iter()
+        .filter_map(|parameter| Some((parameter.name, (parameter.get)(integrator, sensor)?)))
+        .collect()
+}
+
+fn unknown(name: &str) -> String {
+    let all: Vec<&str> = PARAMETERS.iter().map(|parameter| parameter.name).collect();
+    let _ = name;
+    format!("the parameters are {}", all.join(", "))
+}
+
+fn assign<T>(place: &mut T, value: T) -> Result<(), String> {
+    *place = value;
+    Ok(())
+}
+
+fn number<T: FromStr>(value: &str) -> Result<T, String> {
+    value.parse().map_err(|_| "expected a whole number in range".to_owned())
+}
+
+fn positive(value: &str) -> Result<f32, String> {
+    crate::units::parse_positive(value)
+}
+
+fn boolean(value: &str) -> Result<bool, String> {
+    match value {
+        "true" | "yes" | "1" => Ok(true),
+        "false" | "no" | "0" => Ok(false),
+        _ => Err("expected true or false".to_owned()),
+    }
+}
+
+fn integrator_name(kind: IntegratorKind) -> &'static str {
+    match kind {
+        IntegratorKind::Path => "path",
+        IntegratorKind::Direct { .. } => "direct",
+        IntegratorKind::Depth => "depth",
+    }
+}
+
+/// Another algorithm; `volpath` is `path` where there are no media, as in scene files.
+pub(crate) fn set_integrator(settings: &mut IntegratorSettings, name: &str) -> Result<(), String> {
+    settings.kind = match name {
+        "path" | "volpath" => IntegratorKind::Path,
+        // What the scene says about the numbers of samples stays.
+        "direct" => match direct(settings.kind) {
+            Some(_) => settings.kind,
+            None => IntegratorKind::Direct { emitter_samples: 1, bsdf_samples: 1 },
+        },
+        "depth" => IntegratorKind::Depth,
+        _ => return Err("the integrators are path, direct and depth".to_owned()),
+    };
+    Ok(())
+}
+
+fn direct(kind: IntegratorKind) -> Option<(u32, u32)> {
+    match kind {
+        IntegratorKind::Direct { emitter_samples, bsdf_samples } => {
+            Some((emitter_samples, bsdf_samples))
+        }
+        _ => None,
+    }
+}
+
+fn set_direct(
+    settings: &mut IntegratorSettings,
+    emitter: Option<u32>,
+    bsdf: Option<u32>,
+) -> Result<(), String> {
+    let Some(old) = direct(settings.kind) else {
+        return Err("only the integrator direct has it; add -i direct".to_owned());
+    };
+    let (emitter_samples, bsdf_samples) = (emitter.unwrap_or(old.0), bsdf.unwrap_or(old.1));
+    if emitter_samples == 0 && bsdf_samples == 0 {
+        return Err("at least one of the two numbers of samples must not be 0".to_owned());
+    }
+    settings.kind = IntegratorKind::Direct { emitter_samples, bsdf_samples };
+    Ok(())
+}
+
+fn sampler_name(kind: SamplerKind) -> &'static str {
+    match kind {
+        SamplerKind::Sobol => "sobol",
+        SamplerKind::Independent => "independent",
+    }
+}
+
+/// Another sample pattern.
+pub(crate) fn set_sampler(sensor: &mut Sensor, name: &str) -> Result<(), String> {
+    sensor.sampler.kind = match name {
+        "sobol" => SamplerKind::Sobol,
+        "independent" => SamplerKind::Independent,
+        _ => return Err("the samplers are sobol and independent".to_owned()),
+    };
+    Ok(())
+}
+
+/// Another size of the film. The horizontal field of view belongs to the sensor and stays; a crop
+/// would mean another part of the picture and is given up.
+pub(crate) fn resize(sensor: &mut Sensor, width: u32, height: u32) -> Result<(), String> {
+    if width == 0 || height == 0 {
+        return Err("a picture needs at least one pixel each way".to_owned());
+    }
+    sensor.film.width = width;
+    sensor.film.height = height;
+    sensor.film.crop = CropWindow { x: 0, y: 0, width, height };
+    Ok(())
+}
+
+/// Only a part of the film.
+pub(crate) fn crop(sensor: &mut Sensor, [x, y, width, height]: [u32; 4]) -> Result<(), String> {
+    let (columns, rows) = (sensor.film.width, sensor.film.height);
+    let inside =
+        |start: u32, length: u32, all: u32| start.checked_add(length).is_some_and(|end| end <= all);
+    if !inside(x, width, columns) || !inside(y, height, rows) {
+        return Err(format!("the crop reaches beyond the film of {columns}x{rows} pixels"));
+    }
+    sensor.film.crop = CropWindow { x, y, width, height };
+    Ok(())
+}
+
+fn filter_name(filter: FilterKind) -> String {
+    fn with(name: &str, value: impl Display) -> String {
+        format!("{name}({value})")
+    }
+    match filter {
+        FilterKind::Box { radius } => with("box", radius),
+        FilterKind::Tent { radius } => with("tent", radius),
+        FilterKind::Gaussian { stddev } => with("gaussian", stddev),
+        FilterKind::Mitchell { b, c } => with("mitchell", format_args!("{b},{c}")),
+        FilterKind::CatmullRom => "catmullrom".to_owned(),
+        FilterKind::Lanczos { lobes } => with("lanczos", lobes),
+    }
+}
+
+/// Filters by name, with Mitsuba's default parameters.
+fn set_filter(sensor: &mut Sensor, name: &str) -> Result<(), String> {
+    sensor.film.filter = match name {
+        "box" => FilterKind::Box { radius: 0.5 },
+        "tent" => FilterKind::Tent { radius: 1.0 },
+        "gaussian" => FilterKind::Gaussian { stddev: 0.5 },
+        "mitchell" => FilterKind::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 },
+        "catmullrom" => FilterKind::CatmullRom,
+        "lanczos" => FilterKind::Lanczos { lobes: 3 },
+        _ => {
+            return Err(
+                "the filters are box, tent, gaussian, mitchell, catmullrom and lanczos".to_owned()
+            );
+        }
+    };
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use claror::film::FilmSettings;
+    use claror::math::{Transform, Vec2};
+    use claror::sampler::SamplerSettings;
+    use claror::sensor::SensorKind;
+
+    fn sensor() -> Sensor {
+        Sensor {
+            name: "camera".to_owned(),
+            kind: SensorKind::Perspective { fov_x: 0.7, principal_point_offset: Vec2::ZERO },
+            to_world: Transform::IDENTITY,
+            near_clip: 0.01,
+            far_clip: 1e4,
+            film: FilmSettings {
+                width: 64,
+                height: 48,
+                crop: CropWindow { x: 8, y: 8, width: 16, height: 16 },
+                filter: FilterKind::Gaussian { stddev: 0.5 },
+                alpha: false,
+            },
+            sampler: SamplerSettings { kind: SamplerKind::Sobol, sample_count: 16, seed: 0 },
+        }
+    }
+
+    fn set_one(name: &str, value: &str) -> Result<Vec<(&'static str, String)>, (String, String)> {
+        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        set(&mut target, name, value)?;
+        Ok(list(&integrator, &sensor))
+    }
+
+    #[test]
+    fn what_is_set_is_listed() {
+        for (name, value) in [
+            ("integrator.type", "direct"),
+            ("integrator.max_depth", "-1"),
+            ("integrator.max_depth", "7"),
+            ("integrator.rr_depth", "9"),
+            ("integrator.hide_emitters", "true"),
+            ("sampler.type", "independent"),
+            ("sampler.seed", "18446744073709551615"),
+            ("sampler.sample_count", "33"),
+            ("sensor.near_clip", "0.5"),
+            ("sensor.far_clip", "70"),
+            ("film.width", "65"),
+            ("film.height", "66"),
+            ("film.crop", "1,2,3,4"),
+            ("film.alpha", "true"),
+            ("film.rfilter", "catmullrom"),
+        ] {
+            let listed = set_one(name, value).expect("a valid value");
+            assert!(listed.contains(&(name, value.to_owned())), "{name} in {listed:?}");
+        }
+    }
+
+    #[test]
+    fn impossible_values_are_refused() {
+        for (name, value) in [
+            ("integrator.max_depth", "-2"),
+            ("integrator.max_depth", "1.5"),
+            ("integrator.max_depth", "99999999999"),
+            ("integrator.rr_depth", "0"),
+            ("integrator.emitter_samples", "4"),
+            ("sampler.sample_count", "0"),
+            ("sensor.near_clip", "nan"),
+            ("film.width", "0"),
+            ("film.crop", "60,0,8,8"),
+            ("film.crop", "4294967295,0,4294967295,8"),
+            ("film.rfilter", "bicubic"),
+            ("film.alpha", "maybe"),
+        ] {
+            assert!(set_one(name, value).is_err(), "{name}={value} was accepted");
+        }
+    }
+
+    #[test]
+    fn the_numbers_of_direct_follow_its_choice() {
+        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        for (name, value) in [
+            ("integrator.type", "direct"),
+            ("integrator.emitter_samples", "4"),
+            ("integrator.bsdf_samples", "0"),
+        ] {
+            set(&mut target, name, value).expect("a valid value");
+        }
+        assert_eq!(integrator.kind, IntegratorKind::Direct { emitter_samples: 4, bsdf_samples: 0 });
+    }
+
+    #[test]
+    fn another_size_gives_up_the_crop() {
+        let mut sensor = sensor();
+        resize(&mut sensor, 32, 24).expect("a valid size");
+        assert_eq!(sensor.film.crop, CropWindow { x: 0, y: 0, width: 32, height: 24 });
+    }
+}

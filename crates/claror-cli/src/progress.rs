@@ -1,0 +1,370 @@
+//! How far the work is: a bar on a terminal, a line now and then in a pipe, or JSON events.
+//!
+//! A phase has a ticker of its own that shows the last known state, so that whoever works only
+//! stores numbers, and long steps without news still show that time passes. The ticker also
+//! watches for Ctrl-C in phases that cannot be ended half-way.
+
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+
+use crate::exit::Exit;
+use crate::messages::{Console, Report, Stdout, Verbosity, stderr_line};
+use crate::signals::Interrupts;
+use crate::units;
+
+/// What is known about the work at a moment.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Snapshot {
+    /// Share done, 0 to 1, if it can be known.
+    pub(crate) fraction: Option<f64>,
+    /// Rays traced in this phase.
+    pub(crate) rays: u64,
+    /// Estimated relative error of the picture.
+    pub(crate) error: Option<f64>,
+    /// Samples per pixel done, and to do if that is known.
+    pub(crate) samples: Option<(u32, Option<u32>)>,
+    /// Time left as the worker knows it, when it stops by the clock.
+    pub(crate) remaining: Option<Duration>,
+    /// Something to say about the state, such as "stopping".
+    pub(crate) remark: Option<&'static str>,
+}
+
+impl Snapshot {
+    /// Time left: what the worker says, else by the rule of three once there is enough to go by.
+    fn remaining(&self, elapsed: Duration) -> Option<Duration> {
+        self.remaining.or_else(|| {
+            let done = self.fraction.filter(|f| *f > 0.001 && *f <= 1.0)?;
+            Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - done) / done).ok()
+        })
+    }
+
+    /// `42 %, 12 s, 17 s left, 3.21 Mrays/s, error 0.0123, 64/256 spp`.
+    fn line(&self, elapsed: Duration) -> String {
+        let mut parts = Vec::new();
+        if let Some(fraction) = self.fraction {
+            parts.push(format!("{:3.0} %", (fraction * 100.0).floor()));
+        }
+        parts.push(units::duration(elapsed));
+        if let Some(remaining) = self.remaining(elapsed) {
+            parts.push(format!("{} left", units::duration(remaining)));
+        }
+        if self.rays > 0 && !elapsed.is_zero() {
+            let rate = self.rays as f64 / elapsed.as_secs_f64();
+            parts.push(format!("{}rays/s", units::decimal(rate)));
+        }
+        if let Some(error) = self.error {
+            parts.push(format!("error {error:.4}"));
+        }
+        match self.samples {
+            Some((done, Some(all))) => parts.push(format!("{done}/{all} spp")),
+            Some((done, None)) => parts.push(format!("{done} spp")),
+            None => {}
+        }
+        parts.extend(self.remark.map(str::to_owned));
+        parts.join(", ")
+    }
+
+    fn json(&self, phase: &str, elapsed: Duration) -> Value {
+        json!({
+            "event": "progress",
+            "phase": phase,
+            "fraction": self.fraction,
+            "elapsed": seconds(elapsed),
+            "remaining": self.remaining(elapsed).map(seconds),
+            "rays": self.rays,
+            "rays_per_second": self.rays as f64 / elapsed.as_secs_f64().max(1e-9),
+            "error": self.error,
+            "spp": self.samples.map(|(done, _)| done),
+        })
+    }
+}
+
+/// What a phase and its ticker share.
+#[derive(Debug, Default)]
+struct State {
+    snapshot: Snapshot,
+    /// Said in between, not shown yet.
+    lines: Vec<String>,
+}
+
+/// Seconds with milliseconds, as they stand in JSON.
+pub(crate) fn seconds(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e3).round() / 1e3
+}
+
+/// What happens on Ctrl-C while a phase runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum OnInterrupt {
+    /// Nothing is lost: the program ends at once.
+    Exit,
+    /// The worker asks for it and ends in order.
+    Worker,
+}
+
+/// A phase of the work; shown until it is dropped or finished.
+#[derive(Debug)]
+pub(crate) struct Phase<'a> {
+    console: &'a Console,
+    name: &'static str,
+    start: Instant,
+    state: Arc<Mutex<State>>,
+    ticker: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
+}
+
+impl<'a> Phase<'a> {
+    /// Begins to show a phase.
+    pub(crate) fn start(
+        console: &'a Console,
+        interrupts: &Interrupts,
+        name: &'static str,
+        on_interrupt: OnInterrupt,
+    ) -> Self {
+        console.event(&json!({ "event": "phase", "phase": name, "state": "begin" }));
+        let start = Instant::now();
+        let state = Arc::new(Mutex::new(State::default()));
+        let display = Display::new(console, name);
+        let ticker = Ticker {
+            display,
+            start,
+            state: Arc::clone(&state),
+            interrupts: interrupts.clone(),
+            on_interrupt,
+        };
+        let (stop, stopped) = mpsc::channel();
+        let handle = std::thread::Builder::new()
+            .name("progress".to_owned())
+            .spawn(move || ticker.run(&stopped))
+            .ok();
+        // Without a thread to show it the work goes on unseen.
+        let ticker = handle.map(|handle| (stop, handle));
+        Self { console, name, start, state, ticker }
+    }
+
+    /// Stores what is known; the ticker shows it.
+    pub(crate) fn update(&self, snapshot: Snapshot) {
+        self.lock().snapshot = snapshot;
+    }
+
+    /// Says something in between, above the bar.
+    pub(crate) fn warn(&self, report: &Report) {
+        if self.console.json {
+            self.console.warning(report);
+        } else if self.console.verbosity > Verbosity::Quiet {
+            self.lock().lines.push(report.render(self.console.colour));
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the display and reports the time that the phase took.
+    pub(crate) fn finish(mut self) -> Duration {
+        self.clear();
+        let elapsed = self.start.elapsed();
+        self.console.event(&json!({
+            "event": "phase",
+            "phase": self.name,
+            "state": "end",
+            "seconds": seconds(elapsed),
+        }));
+        self.console.detail(&format!("{:7} {}", self.name, units::duration(elapsed)));
+        elapsed
+    }
+
+    fn clear(&mut self) {
+        if let Some((stop, handle)) = self.ticker.take() {
+            drop(stop);
+            // A ticker that panicked has already been reported by the panic hook.
+            let _ = handle.join();
+        }
+    }
+}
+
+impl Drop for Phase<'_> {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+/// Shows a phase from a thread of its own.
+struct Ticker {
+    display: Display,
+    start: Instant,
+    state: Arc<Mutex<State>>,
+    interrupts: Interrupts,
+    on_interrupt: OnInterrupt,
+}
+
+impl Ticker {
+    const PERIOD: Duration = Duration::from_millis(50);
+
+    fn run(mut self, stopped: &mpsc::Receiver<()>) {
+        while stopped.recv_timeout(Self::PERIOD) == Err(RecvTimeoutError::Timeout) {
+            if self.interrupts.requested() && self.on_interrupt == OnInterrupt::Exit {
+                self.display.clear();
+                stderr_line("interrupted");
+                // The other threads cannot be asked to stop here.
+                std::process::exit(i32::from(Exit::Interrupted as u8));
+            }
+            let mut snapshot = self.say_lines();
+            if self.interrupts.requested() {
+                snapshot.remark = Some("stopping (Ctrl-C again: at once)");
+            }
+            self.display.show(&snapshot, self.start.elapsed());
+        }
+        self.display.clear();
+        self.say_lines();
+    }
+
+    /// Shows what was said in between, and returns what is known.
+    fn say_lines(&self) -> Snapshot {
+        let (lines, snapshot) = {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            (std::mem::take(&mut state.lines), state.snapshot.clone())
+        };
+        lines.iter().for_each(|line| self.display.say(line));
+        snapshot
+    }
+}
+
+/// The three ways to show progress, and none.
+enum Display {
+    Hidden,
+    Bar { bar: ProgressBar, has_length: bool, colour: bool, name: &'static str },
+    Lines { name: &'static str, next: Duration },
+    Json { name: &'static str, next: Duration, stdout: Stdout },
+}
+
+impl Display {
+    const LINE_PERIOD: Duration = Duration::from_secs(10);
+    const JSON_PERIOD: Duration = Duration::from_secs(1);
+    const BAR_STEPS: u64 = 1000;
+
+    fn new(console: &Console, name: &'static str) -> Self {
+        if console.json {
+            Self::Json { name, next: Self::JSON_PERIOD, stdout: console.stdout.clone() }
+        } else if console.verbosity == Verbosity::Quiet {
+            Self::Hidden
+        } else if console.interactive {
+            let target = ProgressDrawTarget::stderr_with_hz(20);
+            let bar = ProgressBar::with_draw_target(None, target);
+            let mut display = Self::Bar { bar, has_length: true, colour: console.colour, name };
+            display.set_style(false);
+            display
+        } else {
+            Self::Lines { name, next: Self::LINE_PERIOD }
+        }
+    }
+
+    /// A bar when the length is known, a spinner otherwise.
+    fn set_style(&mut self, length: bool) {
+        let Self::Bar { bar, has_length, colour, .. } = self else { return };
+        if *has_length == length {
+            return;
+        }
+        *has_length = length;
+        let template = match (length, *colour) {
+            (true, true) => "{prefix:6.bold} {bar:24.cyan/dim} {wide_msg}",
+            (true, false) => "{prefix:6} {bar:24} {wide_msg}",
+            (false, true) => "{prefix:6.bold} {spinner:.cyan} {wide_msg}",
+            (false, false) => "{prefix:6} {spinner} {wide_msg}",
+        };
+        let style = ProgressStyle::with_template(template).expect("the templates above are valid");
+        bar.set_style(style.progress_chars("━╸─"));
+        bar.set_length(Self::BAR_STEPS);
+    }
+
+    fn show(&mut self, snapshot: &Snapshot, elapsed: Duration) {
+        self.set_style(snapshot.fraction.is_some());
+        match self {
+            Self::Hidden => {}
+            Self::Bar { bar, name, .. } => {
+                // Shorter phases are over before anyone could read the line.
+                if elapsed < Duration::from_millis(100) {
+                    return;
+                }
+                let done = snapshot.fraction.unwrap_or(0.0).clamp(0.0, 1.0);
+                bar.set_prefix(*name);
+                bar.set_message(snapshot.line(elapsed));
+                bar.set_position((done * Self::BAR_STEPS as f64) as u64);
+                bar.tick();
+            }
+            Self::Lines { name, next } => {
+                if elapsed >= *next {
+                    *next += Self::LINE_PERIOD;
+                    stderr_line(&format!("{name}: {}", snapshot.line(elapsed)));
+                }
+            }
+            Self::Json { name, next, stdout } => {
+                if elapsed >= *next {
+                    *next += Self::JSON_PERIOD;
+                    stdout.object(&snapshot.json(name, elapsed));
+                }
+            }
+        }
+    }
+
+    /// A message that stays, above the bar.
+    fn say(&self, line: &str) {
+        match self {
+            Self::Bar { bar, .. } => bar.suspend(|| stderr_line(line)),
+            _ => stderr_line(line),
+        }
+    }
+
+    fn clear(&self) {
+        if let Self::Bar { bar, .. } = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot() -> Snapshot {
+        Snapshot {
+            fraction: Some(0.25),
+            rays: 30_000_000,
+            error: Some(0.0123),
+            samples: Some((64, Some(256))),
+            ..Snapshot::default()
+        }
+    }
+
+    #[test]
+    fn a_line_says_all_that_is_known() {
+        assert_eq!(
+            snapshot().line(Duration::from_secs(10)),
+            " 25 %, 10 s, 30 s left, 3.00 Mrays/s, error 0.0123, 64/256 spp"
+        );
+        assert_eq!(Snapshot::default().line(Duration::from_millis(1500)), "1.5 s");
+    }
+
+    #[test]
+    fn the_worker_knows_better_when_it_will_stop() {
+        let clocked = Snapshot { remaining: Some(Duration::from_secs(5)), ..snapshot() };
+        assert_eq!(clocked.remaining(Duration::from_secs(10)), Some(Duration::from_secs(5)));
+    }
+
+    #[test]
+    fn nothing_done_predicts_nothing() {
+        let start = Snapshot { fraction: Some(0.0), ..Snapshot::default() };
+        assert_eq!(start.remaining(Duration::from_secs(10)), None);
+    }
+
+    #[test]
+    fn an_event_is_flat_json() {
+        let event = snapshot().json("render", Duration::from_secs(10));
+        assert_eq!(event["event"], "progress");
+        assert_eq!(event["rays_per_second"], 3e6);
+        assert_eq!(event["remaining"], 30.0);
+    }
+}

@@ -1,0 +1,9 @@
+//! The commands.
+
+pub(crate) mod check;
+pub(crate) mod documents;
+pub(crate) mod info;
+mod load;
+mod observer;
+pub(crate) mod render;
+mod state_file;

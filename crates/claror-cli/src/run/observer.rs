@@ -1,0 +1,106 @@
+//! Stands between the renderer and the user: clock, Ctrl-C, progress, checkpoints.
+
+use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
+
+use claror::render::{Observer, Progress, RenderSettings, RenderState};
+
+use crate::config::Checkpoint;
+use crate::messages::Report;
+use crate::progress::{Phase, Snapshot};
+use crate::signals::Interrupts;
+
+/// See the module.
+pub(crate) struct Watch<'a> {
+    phase: &'a Phase<'a>,
+    interrupts: &'a Interrupts,
+    settings: &'a RenderSettings,
+    checkpoint: Option<&'a Checkpoint>,
+    start: Instant,
+    last_checkpoint: Mutex<Instant>,
+    /// Samples that an earlier run had done.
+    first_samples: OnceLock<u64>,
+}
+
+impl<'a> Watch<'a> {
+    pub(crate) fn new(
+        phase: &'a Phase<'a>,
+        interrupts: &'a Interrupts,
+        settings: &'a RenderSettings,
+        checkpoint: Option<&'a Checkpoint>,
+        resumed_samples: u64,
+    ) -> Self {
+        let start = Instant::now();
+        let first_samples = OnceLock::from(resumed_samples);
+        let last_checkpoint = Mutex::new(start);
+        Self { phase, interrupts, settings, checkpoint, start, last_checkpoint, first_samples }
+    }
+
+    /// Share done by each limit; the first one wins, hence the largest counts.
+    fn fraction(&self, progress: &Progress, elapsed: f64) -> Option<f64> {
+        let samples =
+            progress.target_samples.map(|all| progress.samples as f64 / all.max(1) as f64);
+        let time = self.settings.max_seconds.map(|limit| elapsed / limit);
+        // The error falls about as the square root of the samples.
+        let error = self
+            .settings
+            .target_error
+            .zip(progress.error)
+            .map(|(target, error)| f64::from(target / error).powi(2));
+        [samples, time, error].into_iter().flatten().reduce(f64::max).map(|f| f.clamp(0.0, 1.0))
+    }
+
+    /// Time left until the first limit is reached.
+    fn remaining(&self, progress: &Progress, elapsed: f64) -> Option<Duration> {
+        let first = self.first_samples.get().copied().unwrap_or(0);
+        let done = progress.samples.saturating_sub(first) as f64;
+        let samples = progress
+            .target_samples
+            .filter(|_| done > 0.0)
+            .map(|all| all.saturating_sub(progress.samples) as f64 / done * elapsed);
+        let time = self.settings.max_seconds.map(|limit| (limit - elapsed).max(0.0));
+        let error =
+            self.settings.target_error.zip(progress.error).map(|(target, error)| {
+                (f64::from(error / target).powi(2) - 1.0).max(0.0) * elapsed
+            });
+        let left = [samples, time, error].into_iter().flatten().reduce(f64::min)?;
+        Duration::try_from_secs_f64(left).ok()
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn elapsed(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.interrupts.requested()
+    }
+
+    fn progress(&self, progress: &Progress) {
+        let elapsed = self.start.elapsed().as_secs_f64();
+        self.phase.update(Snapshot {
+            fraction: self.fraction(progress, elapsed),
+            rays: progress.rays,
+            error: progress.error.map(f64::from),
+            samples: Some((progress.spp, progress.target_spp)),
+            remaining: self.remaining(progress, elapsed),
+            remark: None,
+        });
+    }
+
+    fn checkpoint(&self, state: &RenderState) {
+        let Some(checkpoint) = self.checkpoint else { return };
+        let mut last = self.last_checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
+        // After the end or an interruption the state is written anyway.
+        if last.elapsed() < checkpoint.every || self.is_cancelled() {
+            return;
+        }
+        if let Err(failure) = super::render::write_checkpoint(checkpoint, state) {
+            for report in failure.reports {
+                self.phase.warn(&Report::warning(report.message));
+            }
+        }
+        *last = Instant::now();
+    }
+}

@@ -1,0 +1,293 @@
+//! `claror render`: scene in, pictures out.
+
+use std::path::Path;
+use std::time::Duration;
+
+use claror::integrator::Aov;
+use claror::render::{RenderError, RenderOutput, RenderSettings, RenderState, StopReason};
+use claror::scene::Scene;
+use claror_io::Limits;
+use claror_io::image::MetadataValue;
+use claror_io::scene::LoadedScene;
+use rayon::ThreadPool;
+use serde_json::{Value, json};
+
+use super::load;
+use super::observer::Watch;
+use super::state_file as checkpoint;
+use crate::args::RenderArgs;
+use crate::config::{Checkpoint, RenderConfig};
+use crate::exit::{Exit, Failure};
+use crate::messages::{Console, Report};
+use crate::output::Content;
+use crate::progress::{OnInterrupt, Phase, seconds};
+use crate::signals::Interrupts;
+use crate::{memory, parameters, units};
+
+/// Everything that stays the same while the picture is made.
+struct Job<'a> {
+    config: &'a RenderConfig,
+    console: &'a Console,
+    interrupts: &'a Interrupts,
+    pool: &'a ThreadPool,
+    settings: RenderSettings,
+    sensor: usize,
+    /// What the picture depends on, by name.
+    parameters: Vec<(String, String)>,
+}
+
+/// Renders a scene.
+pub(crate) fn run(args: RenderArgs, console: &mut Console) -> Result<Exit, Failure> {
+    let config = RenderConfig::new(args, console.json)?;
+    console.stdout_taken = config.takes_stdout();
+    let console = &*console;
+    let interrupts = Interrupts::listen();
+    console.detail(&format!("claror {}", env!("CARGO_PKG_VERSION")));
+    console.event(&json!({
+        "event": "start",
+        "command": "render",
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": config.scene.scene.to_string_lossy(),
+    }));
+    let pool = load::thread_pool(&config.scene)?;
+    let mut loaded = load::load(&config.scene, console, &interrupts, &pool)?;
+    let sensor = config.apply(&mut loaded.tables)?;
+    check_memory(&config, &loaded, sensor)?;
+    let job = Job {
+        settings: RenderSettings {
+            scene_hash: Some(format!("{:032x}", loaded.content_hash)),
+            ..config.stop.clone()
+        },
+        parameters: resolved_parameters(&loaded, sensor),
+        config: &config,
+        console,
+        interrupts: &interrupts,
+        pool: &pool,
+        sensor,
+    };
+    for (name, value) in &job.parameters {
+        console.detail(&format!("{name} = {value}"));
+    }
+    let resume = resumed_state(&job)?;
+    let scene = load::build(loaded.tables, &config.scene, console, &interrupts, &pool)?;
+    let (output, elapsed) = render(&job, &scene, resume)?;
+    finish(&job, &output, elapsed)
+}
+
+fn check_memory(config: &RenderConfig, loaded: &LoadedScene, sensor: usize) -> Result<(), Failure> {
+    let sensor = &loaded.tables.sensors[sensor];
+    let channels = |aov: &Aov| aov.kind.channels().len();
+    let aovs = loaded.tables.aovs.iter().map(channels).sum();
+    let needed = memory::film_bytes(sensor, aovs, config.checkpoint.is_some());
+    let crop = sensor.film.crop;
+    let purpose = format!("a film of {}x{} pixels", crop.width, crop.height);
+    memory::check(needed, &purpose, config.scene.max_memory)
+}
+
+/// What the picture depends on besides the scene's content: `$names` first, then parameters.
+fn resolved_parameters(loaded: &LoadedScene, sensor: usize) -> Vec<(String, String)> {
+    let sensor = &loaded.tables.sensors[sensor];
+    let defines = loaded.parameters.iter().map(|(name, value)| (format!("${name}"), value.clone()));
+    let listed = parameters::list(&loaded.tables.integrator, sensor)
+        .into_iter()
+        .map(|(name, value)| (name.to_owned(), value));
+    defines.chain(listed).collect()
+}
+
+/// The state of an earlier run, if there is one to go on from.
+fn resumed_state(job: &Job) -> Result<Option<RenderState>, Failure> {
+    let Some(checkpoint) = &job.config.checkpoint else { return Ok(None) };
+    let file = checkpoint.file.display();
+    match (checkpoint.file.exists(), checkpoint.resume) {
+        (true, true) => {
+            let state = checkpoint::read(&checkpoint.file, &Limits::default())?;
+            job.console.detail(&format!("going on from {file}"));
+            Ok(Some(state))
+        }
+        (true, false) => {
+            let warning = format!("{file} will be overwritten; --resume would go on from it");
+            job.console.warning(&Report::warning(warning));
+            Ok(None)
+        }
+        (false, true) => {
+            let warning = format!("there is no {file} to resume; starting from the beginning");
+            job.console.warning(&Report::warning(warning));
+            Ok(None)
+        }
+        (false, false) => Ok(None),
+    }
+}
+
+fn render(
+    job: &Job,
+    scene: &Scene,
+    resume: Option<RenderState>,
+) -> Result<(RenderOutput, Duration), Failure> {
+    let samples = resume.as_ref().map_or(0, |state| state.film.sample_counts().1);
+    let checkpoint = job.config.checkpoint.as_ref();
+    let phase = Phase::start(job.console, job.interrupts, "render", OnInterrupt::Worker);
+    let output = {
+        let watch = Watch::new(&phase, job.interrupts, &job.settings, checkpoint, samples);
+        let work = || claror::render::render(scene, job.sensor, &job.settings, resume, &watch);
+        job.pool.install(work).map_err(|error| refuse(job, error))?
+    };
+    let elapsed = phase.finish();
+    Ok((output, elapsed))
+}
+
+fn refuse(job: &Job, error: RenderError) -> Failure {
+    match error {
+        RenderError::StateMismatch { what, state, now } => {
+            let file = job.config.checkpoint.as_ref().map(|c| c.file.display().to_string());
+            let file = file.unwrap_or_default();
+            let message = format!(
+                "{file} is a checkpoint of another render: its {what} is {state}, here it is {now}"
+            );
+            Failure::new(Exit::Mismatch, message)
+                .hint("give the options of that render, or another --checkpoint file")
+        }
+        error => Failure::usage(error.to_string()),
+    }
+}
+
+/// Writes a checkpoint, whole or not at all.
+pub(crate) fn write_checkpoint(
+    checkpoint: &Checkpoint,
+    state: &RenderState,
+) -> Result<(), Failure> {
+    checkpoint::write(&checkpoint.file, state)
+        .map_err(|error| Failure::io("cannot write", &checkpoint.file, &error))
+}
+
+/// Writes checkpoint and pictures and tells what became of the render.
+fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, Failure> {
+    let content = Content {
+        picture: &output.picture,
+        layers: job.config.layers,
+        exposure: job.config.exposure,
+        metadata: metadata(job, output, elapsed),
+    };
+    let phase = Phase::start(job.console, job.interrupts, "write", OnInterrupt::Worker);
+    let written = write_all(job, &content, &output.state);
+    phase.finish();
+    report_non_finite(job, output);
+    if written.iter().any(Result::is_err) {
+        let reports = written.into_iter().filter_map(Result::err).flat_map(|f| f.reports);
+        return Err(Failure { exit: Exit::File, reports: reports.collect() });
+    }
+    for output in &job.config.outputs {
+        job.console.result(&output.name());
+    }
+    job.console.result(&summary(output, elapsed));
+    job.console.event(&result_event(job, output, elapsed));
+    Ok(if output.stop == StopReason::Cancelled { Exit::Interrupted } else { Exit::Success })
+}
+
+/// All at the same time: after Ctrl-C nobody wants to wait.
+fn write_all(job: &Job, content: &Content, state: &RenderState) -> Vec<Result<(), Failure>> {
+    std::thread::scope(|scope| {
+        let checkpoint = job
+            .config
+            .checkpoint
+            .as_ref()
+            .map(|checkpoint| scope.spawn(|| write_checkpoint(checkpoint, state)));
+        let pictures: Vec<_> = job
+            .config
+            .outputs
+            .iter()
+            .map(|output| scope.spawn(|| output.write(content, &job.console.stdout)))
+            .collect();
+        checkpoint
+            .into_iter()
+            .chain(pictures)
+            .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
+}
+
+fn report_non_finite(job: &Job, output: &RenderOutput) {
+    let Some((row, column, sample)) = output.non_finite.first else { return };
+    let count = units::plural(output.non_finite.count, "sample");
+    job.console.warning(&Report::warning(format!(
+        "{count} NaN or infinite, counted as black; the first in column {column}, row {row}, \
+         sample {sample}"
+    )));
+}
+
+fn stop_reason(stop: StopReason) -> &'static str {
+    match stop {
+        StopReason::Samples => "samples",
+        StopReason::Time => "time",
+        StopReason::Error => "error",
+        StopReason::Cancelled => "interrupted",
+    }
+}
+
+/// `64 spp, 1.2 s, 5.31 Mrays/s, estimated error 0.0123; stopped by samples`.
+fn summary(output: &RenderOutput, elapsed: Duration) -> String {
+    let image = &output.picture.beauty.image;
+    let mut parts = vec![
+        format!("{}x{} pixels", image.width, image.height),
+        format!("{} spp", output.spp),
+        units::duration(elapsed),
+    ];
+    let rate = output.rays as f64 / elapsed.as_secs_f64().max(1e-9);
+    parts.push(format!("{}rays/s", units::decimal(rate)));
+    if output.error.is_finite() {
+        parts.push(format!("estimated error {:.4}", output.error));
+    }
+    let reason = match output.stop {
+        StopReason::Samples => "all samples done",
+        StopReason::Time => "time is over",
+        StopReason::Error => "error small enough",
+        StopReason::Cancelled => "interrupted",
+    };
+    format!("{}: {reason}", parts.join(", "))
+}
+
+/// What an OpenEXR file says about how it was made.
+fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String, MetadataValue)> {
+    let text = |name: &str, value: &str| (name.to_owned(), MetadataValue::Text(value.to_owned()));
+    let number = |name: &str, value: f64| (name.to_owned(), MetadataValue::Number(value));
+    let scene = job.config.scene.scene.file_name().map(|name| name.to_string_lossy());
+    let mut metadata = vec![
+        text("software", concat!("claror ", env!("CARGO_PKG_VERSION"))),
+        text("claror.version", env!("CARGO_PKG_VERSION")),
+        text("claror.scene", &scene.unwrap_or_default()),
+        text("claror.scene_hash", job.settings.scene_hash.as_deref().unwrap_or_default()),
+        text("claror.sensor", &job.sensor.to_string()),
+        number("claror.spp", output.spp.into()),
+        number("claror.seconds", seconds(elapsed)),
+        number("claror.rays", output.rays as f64),
+        text("claror.stop_reason", stop_reason(output.stop)),
+    ];
+    if output.error.is_finite() {
+        metadata.push(number("claror.estimated_error", output.error.into()));
+    }
+    let parameters = job.parameters.iter();
+    metadata.extend(parameters.map(|(name, value)| text(&format!("claror.{name}"), value)));
+    metadata
+}
+
+fn result_event(job: &Job, output: &RenderOutput, elapsed: Duration) -> Value {
+    let image = &output.picture.beauty.image;
+    let parameters: serde_json::Map<String, Value> =
+        job.parameters.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+    let file = |path: &Path| path.to_string_lossy().into_owned();
+    json!({
+        "event": "result",
+        "outputs": job.config.outputs.iter().map(crate::output::Output::name).collect::<Vec<_>>(),
+        "checkpoint": job.config.checkpoint.as_ref().map(|checkpoint| file(&checkpoint.file)),
+        "width": image.width,
+        "height": image.height,
+        "spp": output.spp,
+        "seconds": seconds(elapsed),
+        "rays": output.rays,
+        "rays_per_second": output.rays as f64 / elapsed.as_secs_f64().max(1e-9),
+        "error": output.error.is_finite().then_some(output.error),
+        "non_finite_samples": output.non_finite.count,
+        "stop": stop_reason(output.stop),
+        "scene_hash": job.settings.scene_hash,
+        "parameters": parameters,
+    })
+}
