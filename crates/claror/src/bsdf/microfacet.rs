@@ -93,18 +93,63 @@ impl Microfacets {
         if !self.sample_visible {
             return self.sample_all(u);
         }
-        // In the space where the roughness is 1.
-        let stretched = Vec3::new(self.alpha_u * w.x, self.alpha_v * w.y, w.z).normalize();
-        let sin = stretched.truncate().length();
-        let (cos_phi, sin_phi) =
-            if sin > 0.0 { (stretched.x / sin, stretched.y / sin) } else { (1.0, 0.0) };
+        let (cos, sin, turn) = self.stretched(w);
         let slope = match self.kind {
-            MicrofacetKind::Beckmann => beckmann_visible_slope(stretched.z, sin, u),
-            MicrofacetKind::Ggx => ggx_visible_slope(stretched.z, sin, u),
+            MicrofacetKind::Beckmann => {
+                Vec2::new(beckmann_slope_towards(cos, sin, u.x), beckmann_slope_across(u.y))
+            }
+            MicrofacetKind::Ggx => ggx_visible_slope(cos, sin, u),
         };
-        let x = (cos_phi * slope.x - sin_phi * slope.y) * self.alpha_u;
-        let y = (sin_phi * slope.x + cos_phi * slope.y) * self.alpha_v;
-        Vec3::new(-x, -y, 1.0).normalize()
+        self.normal_of_slope(slope, turn)
+    }
+
+    /// Integrates `f(m)` over the normals visible from `w`, by their density, through the map of
+    /// [`Microfacets::sample`] and a product of the quadrature `nodes` (position and weight in
+    /// [0, 1]). `f` must be symmetric about the plane of `w` and the surface normal, and the nodes
+    /// about 1/2, so that half of them suffice.
+    pub(super) fn integrate_visible(
+        &self,
+        w: Vec3,
+        nodes: &[(f32, f32)],
+        f: impl Fn(Vec3) -> f32,
+    ) -> f32 {
+        let (cos, sin, turn) = self.stretched(w);
+        let half = &nodes[..nodes.len() / 2];
+        let mut sum = 0.0;
+        match self.kind {
+            MicrofacetKind::Beckmann => {
+                for &(u, weight_u) in nodes {
+                    let towards = beckmann_slope_towards(cos, sin, u);
+                    for &(v, weight_v) in half {
+                        let slope = Vec2::new(towards, beckmann_slope_across(v));
+                        sum += weight_u * weight_v * f(self.normal_of_slope(slope, turn));
+                    }
+                }
+            }
+            MicrofacetKind::Ggx => {
+                for &(u, weight_u) in half {
+                    for &(v, weight_v) in nodes {
+                        let slope = ggx_visible_slope(cos, sin, Vec2::new(u, v));
+                        sum += weight_u * weight_v * f(self.normal_of_slope(slope, turn));
+                    }
+                }
+            }
+        }
+        2.0 * sum
+    }
+
+    /// `w` in the space where the roughness is 1: cosine, sine and azimuth (as a unit vector).
+    fn stretched(&self, w: Vec3) -> (f32, f32, Vec2) {
+        let w = Vec3::new(self.alpha_u * w.x, self.alpha_v * w.y, w.z).normalize();
+        let sin = w.truncate().length();
+        (w.z, sin, if sin > 0.0 { w.truncate() / sin } else { Vec2::X })
+    }
+
+    /// The normal with a slope of the space where the roughness is 1, relative to the azimuth
+    /// `turn`.
+    fn normal_of_slope(&self, slope: Vec2, turn: Vec2) -> Vec3 {
+        let slope = turn.rotate(slope) * Vec2::new(self.alpha_u, self.alpha_v);
+        Vec3::new(-slope.x, -slope.y, 1.0).normalize()
     }
 
     /// A normal among all: slopes are distributed alike in all directions when divided by the
@@ -120,24 +165,29 @@ impl Microfacets {
     }
 }
 
-/// Slope of a visible normal of the Beckmann distribution with roughness 1, seen from the
-/// direction (sin, 0, cos). The slope towards the viewer is found by Newton's method on its
-/// distribution function, in the variable erf(slope) (Jakob 2014).
-fn beckmann_visible_slope(cos: f32, sin: f32, u: Vec2) -> Vec2 {
-    let u = u.clamp(Vec2::splat(1e-6), Vec2::splat(1.0 - 1e-6));
+/// Slope, towards the viewer in the direction (sin, 0, cos), of a visible normal of the Beckmann
+/// distribution with roughness 1. Found by Newton's method on the distribution function, in the
+/// variable erf(slope) (Jakob 2014).
+fn beckmann_slope_towards(cos: f32, sin: f32, u: f32) -> f32 {
+    let u = u.clamp(1e-6, 1.0 - 1e-6);
     let tan = sin / cos;
     let cot = cos / sin;
     let limit = erf(cot);
     // The start is exact at grazing angles, where the function is most curved.
-    let mut x = limit - (limit + 1.0) * erf((-u.x.ln()).sqrt());
+    let mut x = limit - (limit + 1.0) * erf((-u.ln()).sqrt());
     let tail = if sin > 0.0 { FRAC_1_SQRT_PI * tan * (-cot * cot).exp() } else { 0.0 };
-    let target = u.x * (1.0 + limit + tail);
+    let target = u * (1.0 + limit + tail);
     for _ in 0..3 {
         let slope = erf_inv(x);
         let value = 1.0 + x + FRAC_1_SQRT_PI * tan * (-slope * slope).exp() - target;
         x = (x - value / (1.0 - slope * tan)).clamp(-0.999_999, 0.999_999);
     }
-    Vec2::new(erf_inv(x), erf_inv(2.0 * u.y - 1.0))
+    erf_inv(x)
+}
+
+/// The slope across: visibility does not change it.
+fn beckmann_slope_across(u: f32) -> f32 {
+    erf_inv(2.0 * u.clamp(1e-6, 1.0 - 1e-6) - 1.0)
 }
 
 /// Slope of a visible normal of the GGX distribution with roughness 1, seen from the direction

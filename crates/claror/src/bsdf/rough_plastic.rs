@@ -68,45 +68,28 @@ impl RoughTransmittance {
     }
 }
 
-/// Nodes and weights in the unit square.
-fn quadrature(n: usize) -> Vec<(Vec2, f32)> {
-    let nodes = gauss_legendre(n);
-    let mut result = Vec::with_capacity(n * n);
-    for (y, weight_y) in &nodes {
-        for (x, weight_x) in &nodes {
-            let u = Vec2::new((0.5 * x + 0.5) as f32, (0.5 * y + 0.5) as f32);
-            result.push((u, (0.25 * weight_x * weight_y) as f32));
-        }
-    }
-    result
+/// Nodes and weights of Gauss-Legendre quadrature on [0, 1].
+fn quadrature(n: usize) -> Vec<(f32, f32)> {
+    let on_unit = |&(x, w): &(f64, f64)| ((0.5 * x + 0.5) as f32, (0.5 * w) as f32);
+    gauss_legendre(n).iter().map(on_unit).collect()
 }
 
-/// Share of the light from `w` that a rough interface reflects: an integral over the visible
-/// normals, through the map that samples them.
-fn reflectance(facets: &Microfacets, w: Vec3, eta: f32, nodes: &[(Vec2, f32)]) -> f32 {
-    let mut sum = 0.0;
-    for &(u, weight) in nodes {
-        let m = facets.sample(w, u);
+/// Share of the light from `w` that a rough interface reflects and does not shadow.
+fn reflectance(facets: &Microfacets, w: Vec3, eta: f32, nodes: &[(f32, f32)]) -> f32 {
+    facets.integrate_visible(w, nodes, |m| {
         let wi = fresnel::reflect_at(w, m);
-        if wi.z > 0.0 {
-            sum += weight * facets.g1(wi, m) * fresnel::dielectric(w.dot(m), eta).reflectance;
-        }
-    }
-    sum
+        let f = fresnel::dielectric(w.dot(m), eta).reflectance;
+        if wi.z > 0.0 { facets.g1(wi, m) * f } else { 0.0 }
+    })
 }
 
-/// Share of the light from `w` that a rough interface refracts and does not shadow, likewise.
-fn transmittance(facets: &Microfacets, w: Vec3, eta: f32, nodes: &[(Vec2, f32)]) -> f32 {
-    let mut sum = 0.0;
-    for &(u, weight) in nodes {
-        let m = facets.sample(w, u);
+/// Share of the light from `w` that a rough interface refracts and does not shadow.
+fn transmittance(facets: &Microfacets, w: Vec3, eta: f32, nodes: &[(f32, f32)]) -> f32 {
+    facets.integrate_visible(w, nodes, |m| {
         let f = fresnel::dielectric(w.dot(m), eta);
         let wi = fresnel::refract_at(w, m, &f);
-        if wi.z < 0.0 {
-            sum += weight * facets.g1(wi, m) * (1.0 - f.reflectance);
-        }
-    }
-    sum
+        if wi.z < 0.0 { facets.g1(wi, m) * (1.0 - f.reflectance) } else { 0.0 }
+    })
 }
 
 #[derive(Debug, Clone, Copy)]
