@@ -127,13 +127,31 @@ pub enum Bsdf {
         displacement: TextureId,
         scale: f32,
         nested: BsdfId,
+        options: PerturbationOptions,
     },
     NormalMap {
         normal: TextureId,
         nested: BsdfId,
+        options: PerturbationOptions,
     },
     /// Lets light through unchanged.
     Null,
+}
+
+/// What bump and normal maps do about directions that are above one of the two normals and below
+/// the other. Mitsuba's defaults: both on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PerturbationOptions {
+    /// A normal that turns away from the viewer is mirrored around the unperturbed one.
+    pub flip_invalid_normals: bool,
+    /// Light fades out towards the horizon of the unperturbed surface.
+    pub use_shadowing_function: bool,
+}
+
+impl Default for PerturbationOptions {
+    fn default() -> Self {
+        Self { flip_invalid_normals: true, use_shadowing_function: true }
+    }
 }
 
 /// Parameters of Mitsuba 3's `principled` (after Burley 2012 and 2015).

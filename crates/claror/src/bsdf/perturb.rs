@@ -5,13 +5,16 @@
 //! | (texture) | scene units | | height field of `bumpmap` |
 //! | `scale` | 1 | 1 | factor on the heights |
 //! | `normalmap` | | | normal of `normalmap`: local x, y, z as (xyz + 1)/2, to be read raw |
+//! | `flip_invalid_normals` | | true | mirror normals that turn away from the viewer |
+//! | `use_shadowing_function` | | true | fade light out towards the unperturbed horizon |
 //!
-//! As Mitsuba 3.9 does with its defaults: a normal that turns away from the viewer is mirrored
-//! around the unperturbed one (`flip_invalid_normals`; Schüssler et al. 2017: Microfacet-based
-//! normal mapping for robust Monte Carlo path tracing), light must come from the same side of both
-//! normals, and is attenuated where that would end abruptly (`use_shadowing_function`; Estevez et
-//! al. 2019: A microfacet-based shadowing function to solve the bump terminator problem).
+//! As in Mitsuba 3.9: a normal that turns away from the viewer is mirrored around the unperturbed
+//! one (Schüssler et al. 2017: Microfacet-based normal mapping for robust Monte Carlo path
+//! tracing), light must come from the same side of both normals, and is attenuated where that
+//! would end abruptly (Estevez et al. 2019: A microfacet-based shadowing function to solve the
+//! bump terminator problem).
 
+use super::PerturbationOptions;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::spectrum::Rgb;
@@ -29,8 +32,15 @@ pub(super) struct Guard {
 
 impl Guard {
     /// For the replaced normal (world) and the new one, local to the replaced frame.
-    pub(super) fn new(outer: Option<u8>, normal: Vec3, perturbed: Vec3) -> Self {
-        Self { outer, normal, alpha2: (0.125 * tan2(perturbed.z)).min(1.0) }
+    pub(super) fn new(
+        outer: Option<u8>,
+        normal: Vec3,
+        perturbed: Vec3,
+        options: PerturbationOptions,
+    ) -> Self {
+        let alpha2 =
+            if options.use_shadowing_function { (0.125 * tan2(perturbed.z)).min(1.0) } else { 0.0 };
+        Self { outer, normal, alpha2 }
     }
 
     /// Factor on light from `wi` (world), whose cosine with the new normal is `cos_local`.
@@ -38,6 +48,9 @@ impl Guard {
         let cos = self.normal.dot(wi);
         if cos * cos_local <= 0.0 {
             return 0.0;
+        }
+        if self.alpha2 == 0.0 {
+            return 1.0;
         }
         2.0 / (1.0 + (1.0 + self.alpha2 * tan2(cos)).sqrt())
     }
@@ -50,9 +63,9 @@ fn tan2(cos: f32) -> f32 {
 }
 
 /// The frame of a normal map's colour, local to the frame that it replaces; `wo` is local, too.
-pub(super) fn normal_map(color: Rgb, wo: Vec3) -> Frame {
+pub(super) fn normal_map(color: Rgb, wo: Vec3, options: PerturbationOptions) -> Frame {
     let n = Vec3::new(color.r, color.g, color.b) * 2.0 - Vec3::ONE;
-    let n = towards_viewer(n.try_normalize().unwrap_or(Vec3::Z), wo);
+    let n = towards_viewer(n.try_normalize().unwrap_or(Vec3::Z), wo, options);
     Frame::from_normal_tangent(n, Vec3::X)
 }
 
@@ -64,18 +77,23 @@ pub(super) fn bump_map(
     si: &SurfaceInteraction,
     shading: &Frame,
     wo: Vec3,
+    options: PerturbationOptions,
 ) -> Frame {
     let n = shading.n;
     let raised = |dp: Vec3, slope: f32| dp + n * (slope - n.dot(dp));
     let normal = raised(si.dp_du, gradient.x).cross(raised(si.dp_dv, gradient.y));
     let normal = normal.try_normalize().unwrap_or(n);
     let normal = if normal.dot(si.ng) < 0.0 { -normal } else { normal };
-    let local = towards_viewer(shading.to_local(normal), wo);
+    let local = towards_viewer(shading.to_local(normal), wo, options);
     // Mitsuba takes dp/du as if it were local: only anisotropic materials see the difference.
     Frame::from_normal_tangent(local, si.dp_du)
 }
 
-/// Mirrors a normal that turns away from the viewer around z.
-fn towards_viewer(n: Vec3, wo: Vec3) -> Vec3 {
-    if wo.z * wo.dot(n) <= 0.0 { Vec3::new(-n.x, -n.y, n.z) } else { n }
+/// Mirrors a normal that turns away from the viewer around z, if that is wanted.
+fn towards_viewer(n: Vec3, wo: Vec3, options: PerturbationOptions) -> Vec3 {
+    if options.flip_invalid_normals && wo.z * wo.dot(n) <= 0.0 {
+        Vec3::new(-n.x, -n.y, n.z)
+    } else {
+        n
+    }
 }

@@ -13,7 +13,7 @@ use super::principled::PrincipledLobe;
 use super::rough_conductor::RoughConductor;
 use super::rough_dielectric::RoughDielectric;
 use super::rough_plastic::RoughPlastic;
-use super::{Bsdf, BsdfId, BsdfTable, Principled};
+use super::{Bsdf, BsdfId, BsdfTable, PerturbationOptions, Principled};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Frame, Vec3};
 use crate::shape::ShapeTable;
@@ -81,15 +81,16 @@ impl BsdfTable {
                 self.read(reader, *first, place.share(1.0 - weight), result);
                 self.read(reader, *second, place.share(weight), result);
             }
-            Bsdf::BumpMap { displacement, scale, nested } => {
+            Bsdf::BumpMap { displacement, scale, nested, options } => {
                 let gradient =
                     reader.textures.gradient(reader.shapes, *displacement, reader.si) * *scale;
-                let frame = perturb::bump_map(gradient, reader.si, &place.shading, place.wo);
-                self.read(reader, *nested, place.perturbed(&frame, result), result);
+                let frame =
+                    perturb::bump_map(gradient, reader.si, &place.shading, place.wo, *options);
+                self.read(reader, *nested, place.perturbed(&frame, *options, result), result);
             }
-            Bsdf::NormalMap { normal, nested } => {
-                let frame = perturb::normal_map(reader.rgb(*normal), place.wo);
-                self.read(reader, *nested, place.perturbed(&frame, result), result);
+            Bsdf::NormalMap { normal, nested, options } => {
+                let frame = perturb::normal_map(reader.rgb(*normal), place.wo, *options);
+                self.read(reader, *nested, place.perturbed(&frame, *options, result), result);
             }
             model => result.push(self.lobe(reader, id, model), place),
         }
@@ -177,9 +178,14 @@ impl Place {
     }
 
     /// The place inside a bump or normal map whose frame, relative to this place's, is `local`.
-    fn perturbed(self, local: &Frame, result: &mut BsdfAtHit) -> Self {
+    fn perturbed(
+        self,
+        local: &Frame,
+        options: PerturbationOptions,
+        result: &mut BsdfAtHit,
+    ) -> Self {
         let guard = result.guards.len() as u8;
-        result.guards.push(Guard::new(self.guard, self.frame.n, local.n));
+        result.guards.push(Guard::new(self.guard, self.frame.n, local.n, options));
         Self {
             frame: turned(&self.frame, local),
             shading: turned(&self.shading, local),

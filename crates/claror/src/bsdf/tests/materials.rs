@@ -1,7 +1,7 @@
 //! The materials that the tests go through; the same as in `reference.py`.
 
 use super::support::Materials;
-use crate::bsdf::{Bsdf, BsdfId, MicrofacetKind, Principled, metal};
+use crate::bsdf::{Bsdf, BsdfId, MicrofacetKind, PerturbationOptions, Principled, metal};
 use crate::image::Image;
 use crate::texture::{ImageId, Texture, TextureFilter, TextureId, UvTransform, WrapMode};
 
@@ -99,20 +99,21 @@ fn perturbed(m: &mut Materials) -> Vec<(&'static str, BsdfId)> {
     let base = diffuse(m);
     let displacement = height(m);
     let normal = bitmap(m, (2, 2, 3), [0.75, 0.25, 0.875].repeat(4));
-    let bump = Bsdf::BumpMap { displacement, scale: 0.375, nested: brushed };
-    let bumpy = m.add(bump);
-    let bumpy_glass = m.add(Bsdf::BumpMap { displacement, scale: 0.375, nested: glass });
-    let mapped = m.add(Bsdf::NormalMap { normal, nested: brushed });
-    let mapped_base = m.add(Bsdf::NormalMap { normal, nested: base });
+    let bump = |m: &mut Materials, scale, nested, options| {
+        m.add(Bsdf::BumpMap { displacement, scale, nested, options })
+    };
+    let on = PerturbationOptions::default();
+    let off = PerturbationOptions { flip_invalid_normals: false, use_shadowing_function: false };
+    let mapped_base = m.add(Bsdf::NormalMap { normal, nested: base, options: on });
+    let bumpy = bump(m, 0.375, brushed, on);
     vec![
-        ("normalmap", mapped),
+        ("normalmap", m.add(Bsdf::NormalMap { normal, nested: brushed, options: on })),
+        ("normalmap-plain", m.add(Bsdf::NormalMap { normal, nested: brushed, options: off })),
         ("bumpmap", bumpy),
-        ("bumpmap-glass", bumpy_glass),
+        ("bumpmap-plain", bump(m, 0.375, brushed, off)),
+        ("bumpmap-glass", bump(m, 0.375, glass, on)),
         ("twosided-bumpmap", m.add(Bsdf::TwoSided { front: bumpy, back: bumpy })),
-        (
-            "bumpmap-normalmap",
-            m.add(Bsdf::BumpMap { displacement, scale: 0.125, nested: mapped_base }),
-        ),
+        ("bumpmap-normalmap", bump(m, 0.125, mapped_base, on)),
     ]
 }
 

@@ -7,7 +7,7 @@ use approx::assert_relative_eq;
 use super::materials;
 use super::sampling::viewers;
 use super::support::Materials;
-use crate::bsdf::{Bsdf, BsdfAtHit, BsdfError, BsdfId, MAX_LOBES};
+use crate::bsdf::{Bsdf, BsdfAtHit, BsdfError, BsdfId, MAX_LOBES, PerturbationOptions};
 use crate::math::statistics::{Moments, TestRng, student_quantile_two_sided};
 use crate::math::{Vec3, warp};
 use crate::spectrum::Rgb;
@@ -212,10 +212,11 @@ fn nested_maps_in_both_branches_of_a_blend() {
     let weight = m.scalar(0.25);
     let (first, second) = (find("bumpmap-normalmap"), find("normalmap"));
     let blend = m.add(Bsdf::Blend { weight, first, second });
+    let options = PerturbationOptions::default();
     let normal = m.rgb([0.6, 0.55, 0.9]);
-    let outer = m.add(Bsdf::NormalMap { normal, nested: blend });
-    let outer_first = m.add(Bsdf::NormalMap { normal, nested: first });
-    let outer_second = m.add(Bsdf::NormalMap { normal, nested: second });
+    let outer = m.add(Bsdf::NormalMap { normal, nested: blend, options });
+    let outer_first = m.add(Bsdf::NormalMap { normal, nested: first, options });
+    let outer_second = m.add(Bsdf::NormalMap { normal, nested: second, options });
     m.prepare();
     let mut rng = TestRng::new(29);
     for _ in 0..200 {

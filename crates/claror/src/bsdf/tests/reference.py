@@ -51,6 +51,7 @@ def disney(**more):
 
 
 ANISO = {"alpha_u": 0.15, "alpha_v": 0.4}
+PLAIN = {"flip_invalid_normals": False, "use_shadowing_function": False}
 DIFFUSE = {"type": "diffuse", "reflectance": COLOR}
 MATERIALS = {
     "diffuse": DIFFUSE,
@@ -102,6 +103,19 @@ MATERIALS = {
         "type": "normalmap",
         "normalmap": normal(0.75, 0.25, 0.875),
         "n": rough(distribution="ggx", **ANISO),
+    },
+    "normalmap-plain": {
+        "type": "normalmap",
+        "normalmap": normal(0.75, 0.25, 0.875),
+        "n": rough(distribution="ggx", **ANISO),
+        **PLAIN,
+    },
+    "bumpmap-plain": {
+        "type": "bumpmap",
+        "t": height(),
+        "scale": 0.375,
+        "n": rough(distribution="ggx", **ANISO),
+        **PLAIN,
     },
     "bumpmap": {
         "type": "bumpmap",
