@@ -44,6 +44,12 @@ pub enum BsdfError {
         /// Maps in it.
         maps: usize,
     },
+    /// `roughdielectric` between equal indices of refraction, where no half vector exists.
+    #[error("material {} needs different indices of refraction inside and outside", .bsdf.0)]
+    EqualIndices {
+        /// The material.
+        bsdf: BsdfId,
+    },
     /// `twosided` around something that lets light through.
     #[error("material {} is twosided, but what it holds lets light through", .bsdf.0)]
     TransmissiveTwoSided {
@@ -198,6 +204,9 @@ fn extent(
         Bsdf::BumpMap { nested: inner, .. } | Bsdf::NormalMap { nested: inner, .. } => {
             let inner = nested(*inner)?;
             Extent { maps: inner.maps + 1, ..inner }
+        }
+        Bsdf::RoughDielectric { eta: 1.0, .. } => {
+            return Err(BsdfError::EqualIndices { bsdf: id });
         }
         Bsdf::Dielectric { .. }
         | Bsdf::ThinDielectric { .. }

@@ -1,7 +1,8 @@
 //! Materials.
 
 use claror::bsdf::{
-    Bsdf, BsdfId, MicrofacetKind, Principled, ior_names, metal, metal_names, named_ior,
+    Bsdf, BsdfId, MicrofacetKind, PerturbationOptions, Principled, ior_names, metal, metal_names,
+    named_ior,
 };
 use claror::spectrum::Rgb;
 use claror::texture::TextureId;
@@ -103,6 +104,7 @@ impl<'a> Builder<'a> {
             E::MissingTexture { bsdf, .. }
             | E::TooManyLobes { bsdf, .. }
             | E::TooManyMaps { bsdf, .. }
+            | E::EqualIndices { bsdf }
             | E::NestedOutOfOrder { bsdf, .. } => *bsdf,
             E::TransmissiveTwoSided { bsdf, .. } => *bsdf,
         };
@@ -358,17 +360,24 @@ impl<'a> Builder<'a> {
             return None;
         };
         let displacement = self.texture_object(texture, Role::Unbounded)?;
-        Some(Bsdf::BumpMap { displacement, scale, nested: *nested?.first()? })
+        let options = Self::perturbation_options(properties);
+        Some(Bsdf::BumpMap { displacement, scale, nested: *nested?.first()?, options })
     }
 
     fn normal_map(&mut self, properties: &Properties<'a>) -> Option<Bsdf> {
-        // Mitsuba 3.6 added these switches; their defaults are what is rendered.
-        properties.ignore(&["flip_invalid_normals", "use_shadowing_function"]);
+        let options = Self::perturbation_options(properties);
         if !properties.is_given("normalmap") {
             self.missing(properties, "normalmap");
         }
         let normal = self.opt_texture(properties, "normalmap", Role::Unbounded);
         let nested = self.nested_bsdfs(properties, 1..=1);
-        Some(Bsdf::NormalMap { normal: normal?, nested: *nested?.first()? })
+        Some(Bsdf::NormalMap { normal: normal?, nested: *nested?.first()?, options })
+    }
+
+    fn perturbation_options(properties: &Properties<'a>) -> PerturbationOptions {
+        PerturbationOptions {
+            flip_invalid_normals: properties.boolean("flip_invalid_normals", true),
+            use_shadowing_function: properties.boolean("use_shadowing_function", true),
+        }
     }
 }
