@@ -38,6 +38,11 @@ const PROPERTY_ELEMENTS: [&str; 18] = [
     "bsdf",
 ];
 
+/// More named properties than any plugin has parameters: bounds the search for duplicates.
+const MAX_PARAMETERS: usize = 500;
+/// More includes than any scene has: files that include each other many times are a bomb.
+const MAX_INCLUDES: usize = 10_000;
+
 /// What an open element is.
 enum Frame {
     Object(ObjectIndex),
@@ -73,9 +78,13 @@ pub(super) struct Describer<'a> {
     pub(super) description: Description,
     /// All files, in the order of reading.
     pub(super) files_read: Vec<PathBuf>,
-    /// Files that are being read, outermost first.
+    /// Files that are being read, outermost first, by their canonical names.
     stack: Vec<PathBuf>,
     bytes_left: u64,
+    /// A part of the scene could not be read: what refers to it is not to be complained about.
+    pub(super) incomplete: bool,
+    /// A limit was exceeded: nothing more is read.
+    stopped: bool,
 }
 
 impl<'a> Describer<'a> {
@@ -97,6 +106,8 @@ impl<'a> Describer<'a> {
             files_read: Vec::new(),
             stack: Vec::new(),
             bytes_left: limits.max_scene_bytes,
+            incomplete: false,
+            stopped: false,
         }
     }
 
@@ -118,6 +129,8 @@ impl<'a> Describer<'a> {
             Ok(bytes) => bytes,
             Err(error) => {
                 let (subject, message) = text::describe_io(path, &error, self.limits);
+                self.incomplete = true;
+                self.stopped |= subject == Subject::Memory;
                 return failed(self.log, subject, message, None);
             }
         };
@@ -126,10 +139,11 @@ impl<'a> Describer<'a> {
         let (content, problem) = text::decode(bytes);
         let number = self.log.add_source(path.to_path_buf(), content.clone());
         if let Some(problem) = problem {
+            self.incomplete = true;
             let span = Span { file: number, offset: offset(problem.offset) };
             return self.log.error_about(Subject::File, span, problem.message, Some(problem.hint));
         }
-        self.stack.push(path.to_path_buf());
+        self.stack.push(text::canonical(path));
         self.events(&content, File { number, path: path.to_path_buf(), old: false, parent });
         self.stack.pop();
     }
@@ -145,6 +159,8 @@ impl<'a> Describer<'a> {
                     let span = Span { file: file.number, offset: offset(position) };
                     let element = Element::new(name, span, attributes, parameters, self.log);
                     if self.bytes_left < element.bytes() {
+                        self.incomplete = true;
+                        self.stopped = true;
                         let message = "the scene is too large after substitution of parameters";
                         return self.log.error_about(Subject::Memory, span, message, None);
                     }
@@ -162,10 +178,11 @@ impl<'a> Describer<'a> {
                 Ok(Event::Eof) => return,
                 Err(error) => {
                     let span = Span { file: file.number, offset: offset(error.offset) };
+                    self.incomplete = true;
                     return self.log.error(span, error.message, error.hint);
                 }
             }
-            if self.log.is_full() {
+            if self.stopped || self.log.is_full() {
                 return;
             }
         }
@@ -247,10 +264,10 @@ impl<'a> Describer<'a> {
             "include" => self.include(file, owner, element),
             "alias" => self.alias(element),
             "default" => {
-                if element.check(&["name", "value"], &[], self.log) {
-                    let get = |name| element.get(name).unwrap_or_default();
-                    self.parameters.set_default(get("name"), get("value"));
-                }
+                // A default that could not be substituted is known nevertheless.
+                element.check(&["name", "value"], &[], self.log);
+                let get = |name| element.get(name).unwrap_or_default();
+                self.parameters.set_default(get("name"), get("value"));
             }
             "path" => self.path(file, owner, element),
             _ if operations::NAMES.contains(&element.name) => {
@@ -301,14 +318,18 @@ impl<'a> Describer<'a> {
     fn add_property(&mut self, owner: ObjectIndex, name: String, value: Value, span: Span) {
         let properties = &mut self.description.objects[owner].properties;
         // Names in the scene itself do not matter; it may have very many children.
-        if owner != 0
-            && !name.is_empty()
-            && let Some(first) = properties.iter().find(|p| p.name == name)
-        {
-            let message = format!("\"{}\" is set twice", super::values::short(&name));
-            let place = self.log.describe(first.span);
-            self.log.error(span, message, Some(format!("first set at {place}")));
-            return;
+        if owner != 0 && !name.is_empty() {
+            let named = || properties.iter().filter(|p| !p.name.is_empty());
+            if let Some(first) = named().find(|p| p.name == name) {
+                let message = format!("\"{}\" is set twice", super::values::short(&name));
+                let place = self.log.describe(first.span);
+                self.log.error(span, message, Some(format!("first set at {place}")));
+                return;
+            }
+            if named().count() >= MAX_PARAMETERS {
+                let message = format!("an object has more than {MAX_PARAMETERS} parameters");
+                return self.log.error(span, message, None);
+            }
         }
         properties.push(Property { name, value, span });
     }
@@ -327,7 +348,10 @@ impl<'a> Describer<'a> {
         }
         self.description.objects.push(Object {
             tag,
-            plugin: element.get("type").unwrap_or_default().to_owned(),
+            plugin: match tag {
+                Tag::Scene => "scene".to_owned(),
+                _ => element.get("type").unwrap_or_default().to_owned(),
+            },
             id,
             span: element.span,
             properties: Vec::new(),
@@ -394,22 +418,35 @@ impl<'a> Describer<'a> {
         let span = element.span_of("filename");
         let name = element.get("filename").unwrap_or_default();
         let Some(path) = self.search.find_include(self.files, name, &file.path) else {
+            self.incomplete = true;
             let message = format!("included file \"{}\" is not found", super::values::short(name));
             return self.log.error_about(Subject::File, span, message, None);
         };
-        if let Some(first) = self.stack.iter().position(|p| text::same_file(p, &path)) {
-            let cycle = self.stack[first..].iter().chain([&path]);
-            let names: Vec<String> = cycle.map(|p| text::file_name(p)).collect();
-            let message = format!("the file includes itself: {}", names.join(" -> "));
-            return self.log.error(span, message, None);
-        }
-        if self.stack.len() > self.limits.max_include_depth as usize {
-            let message =
-                format!("includes are nested deeper than {}", self.limits.max_include_depth);
+        if let Err((message, stop)) = self.may_include(&path) {
+            self.incomplete = true;
+            self.stopped |= stop;
             return self.log.error(span, message, None);
         }
         let parent = (owner, element.get("name").unwrap_or_default().to_owned());
         self.file(&path, Some(span), Some(parent));
+    }
+
+    /// Why a file must not be included here, and whether that ends everything.
+    fn may_include(&self, path: &Path) -> Result<(), (String, bool)> {
+        let path = text::canonical(path);
+        if let Some(first) = self.stack.iter().position(|p| *p == path) {
+            let cycle = self.stack[first..].iter().chain([&path]);
+            let names: Vec<String> = cycle.map(|p| text::file_name(p)).collect();
+            return Err((format!("the file includes itself: {}", names.join(" -> ")), false));
+        }
+        let max_depth = self.limits.max_include_depth;
+        if self.stack.len() > max_depth as usize {
+            return Err((format!("includes are nested deeper than {max_depth}"), true));
+        }
+        if self.files_read.len() > MAX_INCLUDES {
+            return Err((format!("there are more than {MAX_INCLUDES} includes"), true));
+        }
+        Ok(())
     }
 }
 

@@ -92,8 +92,9 @@ pub fn load_from(
     let mut describer =
         describe::Describer::new(path, &options.defines, &options.limits, files, &log);
     describer.scene(path);
+    let incomplete = describer.incomplete;
     let describe::Describer { mut description, parameters, search, mut files_read, .. } = describer;
-    if log.has_errors() && description.objects.is_empty() {
+    if incomplete || description.objects.is_empty() {
         return Err(log.finish());
     }
     report_unused_defines(&parameters, path, &log);

@@ -74,9 +74,6 @@ fn break_cycles(description: &mut Description, log: &Log) {
                 State::Open => {
                     format!("objects refer to each other: {}", cycle(description, &path, child))
                 }
-                State::Done(depth) if depth + 1 > MAX_NESTING => {
-                    format!("objects are nested deeper than {MAX_NESTING}")
-                }
                 State::Done(depth) => {
                     step.depth = step.depth.max(depth + 1);
                     continue;
@@ -89,7 +86,8 @@ fn break_cycles(description: &mut Description, log: &Log) {
     }
 }
 
-/// Chains that were walked from their beginning are measured only at their end.
+/// Chains that were walked from their beginning are measured only at their end. One message is
+/// enough: every object on a long chain begins a long chain.
 fn cut_deep_chains(
     description: &mut Description,
     states: &mut [State],
@@ -99,12 +97,15 @@ fn cut_deep_chains(
     if !matches!(states[root], State::Done(depth) if depth > MAX_NESTING) {
         return;
     }
-    let object = &mut description.objects[root];
-    for property in &mut object.properties {
+    let mut told = false;
+    for property in &mut description.objects[root].properties {
         let Value::Object(child) = property.value else { continue };
         if matches!(states[child], State::Done(depth) if depth + 1 > MAX_NESTING) {
-            let message = format!("objects are nested deeper than {MAX_NESTING}");
-            log.error(property.span, message, None);
+            if !told {
+                let message = format!("objects are nested deeper than {MAX_NESTING}");
+                log.error(property.span, message, None);
+                told = true;
+            }
             property.value = Value::Broken;
         }
     }

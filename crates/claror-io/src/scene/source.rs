@@ -138,7 +138,7 @@ fn floor_char_boundary(text: &str, offset: usize) -> usize {
     i
 }
 
-/// Messages beyond this many are counted only: the user mends the first ones first, and a
+/// Messages beyond this many are dropped: the user mends the first ones first, and a
 /// hostile file must not make millions.
 const MAX_MESSAGES: usize = 100;
 
@@ -147,7 +147,6 @@ const MAX_MESSAGES: usize = 100;
 pub(super) struct Log {
     sources: RefCell<Sources>,
     entries: RefCell<Vec<Diagnostic>>,
-    dropped: RefCell<usize>,
 }
 
 impl Log {
@@ -188,7 +187,6 @@ impl Log {
         hint: Option<String>,
     ) {
         if self.entries.borrow().len() >= MAX_MESSAGES {
-            *self.dropped.borrow_mut() += 1;
             // A file of nothing but warnings must not hide its only error.
             if severity == Severity::Warning || self.has_errors() {
                 return;
@@ -236,18 +234,17 @@ impl Log {
         self.sources.borrow().path(span).to_path_buf()
     }
 
-    /// All messages, in the order of their discovery, and a last one that counts the rest.
+    /// All messages, in the order of their discovery, and a last one if there may be more.
     pub(super) fn finish(self) -> Vec<Diagnostic> {
         let mut entries = self.entries.into_inner();
-        let dropped = self.dropped.into_inner();
-        if let (true, Some(last)) = (dropped > 0, entries.last()) {
-            let severity = entries.iter().map(|d| d.severity).max().unwrap_or(last.severity);
+        // Reading may have ended here, so that the rest cannot be counted.
+        if let (true, Some(last)) = (entries.len() >= MAX_MESSAGES, entries.last()) {
             let more = Diagnostic {
-                severity,
+                severity: entries.iter().map(|d| d.severity).max().unwrap_or(last.severity),
                 subject: Subject::Scene,
                 file: last.file.clone(),
                 position: None,
-                message: format!("{dropped} further messages are not shown"),
+                message: "further messages are not shown".to_owned(),
                 excerpt: None,
                 hint: None,
             };
@@ -282,6 +279,6 @@ mod tests {
         let messages = log.finish();
         assert_eq!(messages.len(), 102);
         assert_eq!(messages[100].message, "wrong");
-        assert_eq!(messages[101].message, "402 further messages are not shown");
+        assert_eq!(messages[101].message, "further messages are not shown");
     }
 }

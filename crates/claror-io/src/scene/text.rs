@@ -1,7 +1,7 @@
 //! Bytes → text, and words for what the file system says.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use crate::Limits;
@@ -64,10 +64,9 @@ pub(super) fn describe_io(path: &Path, error: &io::Error, limits: &Limits) -> (S
     }
 }
 
-/// True when both names mean the same file, as far as the names tell.
-pub(super) fn same_file(a: &Path, b: &Path) -> bool {
-    let canonical = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_path_buf());
-    a == b || canonical(a) == canonical(b)
+/// A name by which a file is known again, as far as the file system tells.
+pub(super) fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
 }
 
 /// The last part of a path, for messages.

@@ -131,6 +131,10 @@ impl<'a> Builder<'a> {
     fn unsupported(&self, properties: &Properties<'a>, known: &[&str], instead: &str) {
         properties.ignore_all();
         let object = properties.object();
+        if object.plugin.is_empty() {
+            // Told already: the attribute is missing, or could not be substituted.
+            return;
+        }
         let plugin = short(&object.plugin);
         let message = format!("{} plugin \"{plugin}\" is not supported", object.tag.name());
         if self.options.lenient {
