@@ -130,7 +130,9 @@ const PARAMETERS: &[Parameter] = &[
 /// Sets the parameter `name`; the error says what is wrong and, second, what to do.
 pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (String, String)> {
     let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
-        return Err((format!("there is no parameter `{name}`"), unknown(name)));
+        let known = PARAMETERS.iter().map(|parameter| parameter.name);
+        let hint = claror_io::scene::nearest_name_hint(name, known).unwrap_or_default();
+        return Err((format!("there is no parameter `{name}`"), hint));
     };
     (parameter.set)(target, value.trim())
         .map_err(|why| (format!("`{value}` cannot be the value of {name}"), why))
@@ -145,12 +147,6 @@ pub(crate) fn list(
         .iter()
         .filter_map(|parameter| Some((parameter.name, (parameter.get)(integrator, sensor)?)))
         .collect()
-}
-
-fn unknown(name: &str) -> String {
-    let all: Vec<&str> = PARAMETERS.iter().map(|parameter| parameter.name).collect();
-    let _ = name;
-    format!("the parameters are {}", all.join(", "))
 }
 
 fn assign<T>(place: &mut T, value: T) -> Result<(), String> {
@@ -370,6 +366,14 @@ mod tests {
         ] {
             assert!(set_one(name, value).is_err(), "{name}={value} was accepted");
         }
+    }
+
+    #[test]
+    fn misspelt_names_get_the_nearest() {
+        let (_, hint) = set_one("integrator.maxdepth", "3").expect_err("unknown");
+        assert_eq!(hint, "did you mean \"integrator.max_depth\"?");
+        let (_, hint) = set_one("x", "3").expect_err("unknown");
+        assert!(hint.contains("sampler.seed"), "{hint}");
     }
 
     #[test]

@@ -41,6 +41,7 @@ use crate::Limits;
 use crate::diagnostic::Diagnostic;
 
 pub use hash::content_hash;
+pub use nearest::hint as nearest_name_hint;
 pub use source::{Disk, Files};
 
 /// How a scene file is to be read.
