@@ -14,7 +14,7 @@ pub(super) const NARROW: usize = 4;
 pub(super) const WIDE: usize = 8;
 /// No path from the root of a tree to a leaf has more inner nodes than this: the builder sees
 /// to it, and the traversal's stack relies on it.
-pub(super) const MAX_DEPTH: usize = 64;
+pub(super) const MAX_DEPTH: usize = 40;
 /// Rows of an inner node: 256 bytes, four cache lines.
 pub(super) const NODE_ROWS: usize = 8;
 /// Rows of a narrow block: 160 bytes.

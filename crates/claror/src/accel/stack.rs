@@ -8,7 +8,7 @@ use std::mem::MaybeUninit;
 /// A node leaves at most seven of its children behind.
 const CAPACITY: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
-/// A child and where the ray enters it: as the bits of a non-negative float above those of the
+/// A child and where the ray enters it, as the bits of a non-negative float above those of the
 /// child, so that entries compare like their distances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Entry(u64);
@@ -17,6 +17,17 @@ impl Entry {
     #[inline(always)]
     pub(super) fn new(t: f32, child: Child) -> Self {
         Self(u64::from(t.to_bits()) << 32 | u64::from(child.0))
+    }
+
+    /// A node and those of its children (one bit each) that are still to visit.
+    #[inline(always)]
+    pub(super) fn rest(mask: u32, node: Child) -> Self {
+        Self(u64::from(mask) << 32 | u64::from(node.0))
+    }
+
+    #[inline(always)]
+    pub(super) fn mask(self) -> u32 {
+        (self.0 >> 32) as u32
     }
 
     #[inline(always)]

@@ -229,40 +229,48 @@ fn any_generic<S: Simd>(tree: &Tree, ray: &Ray, special: impl Fn(Special) -> boo
     let t_max = S::F8::splat(ray.t_max);
     let mut stack = Stack::new();
     let mut height = Height::EMPTY;
-    let mut current = Child::inner(0);
+    let mut inner = Child::inner(0);
+    let mut node = tree.node(inner.number());
+    let mut mask = boxes.enter(node, t_max).1;
     loop {
-        if current.is_leaf() {
-            let hit = if current.is_special() {
-                any_special(tree, current, &special)
-            } else if current.is_wide() {
-                let block = tree.wide_block(current.number());
-                triangle::occluded::<_, S::F8>(&shear, block, ray.t_max)
-            } else {
-                let block = tree.narrow_block(current.number());
-                triangle::occluded::<_, S::F4>(&shear, block, ray.t_max)
-            };
-            if hit {
+        while mask == 0 {
+            let Some(entry) = stack.pop(&mut height) else { return false };
+            inner = entry.child();
+            node = tree.node(inner.number());
+            mask = entry.mask();
+        }
+        // The first child holds the most triangles: look there first.
+        let child = node.child(mask.trailing_zeros() as usize & (WIDTH - 1));
+        mask &= mask - 1;
+        if child.is_leaf() {
+            if any_in_leaf::<S>(tree, child, ray, &shear, &special) {
                 return true;
             }
-        } else {
-            let node = tree.node(current.number());
-            let (_, mut mask) = boxes.enter(node, t_max);
-            if mask != 0 {
-                // The first child holds the most triangles: look there first.
-                current = node.child(mask.trailing_zeros() as usize);
-                mask &= mask - 1;
-                while mask != 0 {
-                    let i = (31 - mask.leading_zeros()) as usize & (WIDTH - 1);
-                    mask ^= 1 << i;
-                    stack.push(&mut height, Entry::new(0.0, node.child(i)));
-                }
-                continue;
-            }
+            continue;
         }
-        match stack.pop(&mut height) {
-            Some(entry) => current = entry.child(),
-            None => return false,
+        if mask != 0 {
+            stack.push(&mut height, Entry::rest(mask, inner));
         }
+        inner = child;
+        node = tree.node(child.number());
+        mask = boxes.enter(node, t_max).1;
+    }
+}
+
+#[inline(always)]
+fn any_in_leaf<S: Simd>(
+    tree: &Tree,
+    leaf: Child,
+    ray: &Ray,
+    shear: &Shear,
+    special: &impl Fn(Special) -> bool,
+) -> bool {
+    if leaf.is_special() {
+        any_special(tree, leaf, special)
+    } else if leaf.is_wide() {
+        triangle::occluded::<_, S::F8>(shear, tree.wide_block(leaf.number()), ray.t_max)
+    } else {
+        triangle::occluded::<_, S::F4>(shear, tree.narrow_block(leaf.number()), ray.t_max)
     }
 }
 

@@ -26,46 +26,48 @@ impl BinaryNode {
 
 /// Bins per axis.
 const BINS: usize = 32;
-/// Below this depth ranges are halved by count, whatever the heuristic says: with at most 2^31
-/// primitives no leaf lies deeper than [`MAX_DEPTH`].
-const MAX_SAH_DEPTH: usize = MAX_DEPTH - 32;
+/// Levels to which the heuristic may be followed before ranges are halved by count: as deep as real
+/// scenes ever go, and, should that give too deep a tree, so few that, with at most 2^31
+/// primitives, no leaf lies deeper than [`MAX_DEPTH`].
+pub(super) const SAH_DEPTHS: [usize; 2] = [64, MAX_DEPTH - 32];
 /// Ranges above this are split in parallel.
 const PARALLEL: usize = 4096;
 
 /// Reorders the primitives and returns the nodes of the tree over them, the root first; empty for
-/// no primitives.
-pub(super) fn build(refs: &mut [PrimitiveRef]) -> Vec<BinaryNode> {
+/// no primitives. The heuristic is followed down to `sah_depth`.
+pub(super) fn build(refs: &mut [PrimitiveRef], sah_depth: usize) -> Vec<BinaryNode> {
     if refs.is_empty() {
         return Vec::new();
     }
     let mut nodes = vec![BinaryNode::UNSET; 2 * refs.len() - 1];
-    subtree(refs, &mut nodes, 0, 0);
+    subtree(refs, &mut nodes, 0, sah_depth);
     nodes
 }
 
-fn subtree(refs: &mut [PrimitiveRef], nodes: &mut [BinaryNode], position: usize, depth: usize) {
+fn subtree(refs: &mut [PrimitiveRef], nodes: &mut [BinaryNode], position: usize, sah_depth: usize) {
     let extent = Extent::of(refs);
     let count = refs.len();
     if count == 1 {
         nodes[0] = BinaryNode { bounds: extent.bounds, count: 1, right: 0 };
         return;
     }
-    let middle = split(refs, &extent, depth);
+    let middle = split(refs, &extent, sah_depth > 0);
     let right = position + 2 * middle;
     nodes[0] = BinaryNode { bounds: extent.bounds, count: count as u32, right: right as u32 };
+    let below = sah_depth.saturating_sub(1);
     let (left_refs, right_refs) = refs.split_at_mut(middle);
     let (left_nodes, right_nodes) = nodes[1..].split_at_mut(2 * middle - 1);
     let left = |refs: &mut [PrimitiveRef], nodes: &mut [BinaryNode]| {
-        subtree(refs, nodes, position + 1, depth + 1);
+        subtree(refs, nodes, position + 1, below);
     };
     if count > PARALLEL {
         rayon::join(
             || left(left_refs, left_nodes),
-            || subtree(right_refs, right_nodes, right, depth + 1),
+            || subtree(right_refs, right_nodes, right, below),
         );
     } else {
         left(left_refs, left_nodes);
-        subtree(right_refs, right_nodes, right, depth + 1);
+        subtree(right_refs, right_nodes, right, below);
     }
 }
 
@@ -86,8 +88,8 @@ impl Extent {
 }
 
 /// Orders the primitives so that the first of the two parts stands first; where the second begins.
-fn split(refs: &mut [PrimitiveRef], extent: &Extent, depth: usize) -> usize {
-    let best = if depth < MAX_SAH_DEPTH { best_split(refs, extent) } else { None };
+fn split(refs: &mut [PrimitiveRef], extent: &Extent, use_heuristic: bool) -> usize {
+    let best = if use_heuristic { best_split(refs, extent) } else { None };
     let halves = refs.len() / 2;
     let Some(best) = best else { return halves };
     let middle = partition(refs, |r| best.bins.bin(r)[best.axis] < best.bin);

@@ -31,21 +31,28 @@ pub(super) struct Plan<'a> {
     pub(super) choices: &'a [Choice],
 }
 
-/// Fills the rows of `tree`, whose other members are complete; false when they are too many.
-pub(super) fn emit(plan: &Plan<'_>, tree: &mut Tree) -> bool {
-    let root = plan.root();
-    let mut rows = 0;
-    plan.count_rows(tree, &root, &mut rows);
-    if rows >= Child::MAX_NUMBER {
-        return false;
-    }
-    tree.rows = Arena::zeroed(rows);
-    let end = plan.inner(tree, &root, 0);
-    debug_assert_eq!(end, rows);
-    true
+/// What a tree will take.
+#[derive(Default)]
+pub(super) struct Size {
+    pub(super) rows: usize,
+    /// Most inner nodes between the root and a leaf, both ends included.
+    pub(super) depth: usize,
 }
 
 impl Plan<'_> {
+    pub(super) fn size(&self, tree: &Tree) -> Size {
+        let mut size = Size::default();
+        self.measure(tree, &self.root(), 1, &mut size);
+        size
+    }
+
+    /// Fills the rows of `tree`, whose other members are complete.
+    pub(super) fn emit(&self, tree: &mut Tree, size: &Size) {
+        tree.rows = Arena::zeroed(size.rows);
+        let end = self.inner(tree, &self.root(), 0);
+        debug_assert_eq!(end, size.rows);
+    }
+
     /// The children of the root node: all there is, when that is one leaf or nothing.
     fn root(&self) -> Parts {
         let root = Part { node: 0, first: 0 };
@@ -105,10 +112,11 @@ impl Plan<'_> {
         (NODE_ROWS + rows).next_multiple_of(2)
     }
 
-    fn count_rows(&self, tree: &Tree, parts: &Parts, rows: &mut usize) {
-        *rows += self.own_rows(tree, parts);
+    fn measure(&self, tree: &Tree, parts: &Parts, depth: usize, size: &mut Size) {
+        size.rows += self.own_rows(tree, parts);
+        size.depth = size.depth.max(depth);
         for &part in parts.iter().filter(|&&p| !self.is_leaf(p)) {
-            self.count_rows(tree, &self.parts(part), rows);
+            self.measure(tree, &self.parts(part), depth + 1, size);
         }
     }
 

@@ -9,7 +9,7 @@ mod primitives;
 
 use super::AccelError;
 use super::arena::Arena;
-use super::node::{Child, DIRECTORY_STEP, ShapeRange, Tree};
+use super::node::{Child, DIRECTORY_STEP, MAX_DEPTH, ShapeRange, Tree};
 use crate::math::Bounds3;
 use crate::shape::{InstanceId, ShapeId, ShapeTable};
 use emit::Plan;
@@ -27,25 +27,33 @@ pub(super) fn tree(
     if specials.len() >= Child::MAX_NUMBER {
         return Err(AccelError::TooManyPrimitives(specials.len() as u64));
     }
-    let binary = binary::build(&mut refs);
-    let order: Vec<u32> = refs.iter().map(|r| r.id).collect();
-    let bounds = binary.first().map_or(Bounds3::EMPTY, |root| root.bounds);
-    drop(refs);
-    let choices = collapse::plan(&binary, &order, triangle_count);
     let mut tree = Tree {
         rows: Arena::zeroed(0),
         specials,
         directory: directory(&ranges, triangle_count),
         ranges,
         triangle_count,
-        bounds,
+        bounds: Bounds3::EMPTY,
     };
-    let plan = Plan { shapes, nodes: &binary, order: &order, choices: &choices };
-    if emit::emit(&plan, &mut tree) {
-        Ok(tree)
-    } else {
-        Err(AccelError::TooManyPrimitives(u64::from(triangle_count)))
+    for sah_depth in binary::SAH_DEPTHS {
+        let nodes = binary::build(&mut refs, sah_depth);
+        let order: Vec<u32> = refs.iter().map(|r| r.id).collect();
+        let choices = collapse::plan(&nodes, &order, triangle_count);
+        let plan = Plan { shapes, nodes: &nodes, order: &order, choices: &choices };
+        let size = plan.size(&tree);
+        if size.rows >= Child::MAX_NUMBER {
+            return Err(AccelError::TooManyPrimitives(u64::from(triangle_count)));
+        }
+        if size.depth <= MAX_DEPTH {
+            tree.bounds = nodes.first().map_or(Bounds3::EMPTY, |root| root.bounds);
+            // The largest pieces of memory must not stand side by side.
+            refs = Vec::new();
+            plan.emit(&mut tree, &size);
+            break;
+        }
     }
+    debug_assert!(refs.is_empty(), "a tree of halved ranges is never too deep");
+    Ok(tree)
 }
 
 /// See [`Tree::directory`].
