@@ -75,10 +75,10 @@ impl<'a> Builder<'a> {
         SensorKind::ThinLens {
             fov_x,
             principal_point_offset,
-            // Mitsuba turns a lens without extent into a very small one.
+            // As in Mitsuba a lens without extent becomes a very small one.
             aperture_radius: properties
-                .float_that("aperture_radius", 1e-4, "at least 0", |v| v >= 0.0)
-                .max(1e-4),
+                .float_that("aperture_radius", 0.0, "at least 0", |v| v >= 0.0)
+                .max(0.5 * f32::EPSILON),
             focus_distance: properties
                 .positive("focus_distance", properties.opt_float("far_clip").unwrap_or(1e4)),
         }

@@ -134,13 +134,7 @@ impl<'a> Builder<'a> {
         let read = match plugin {
             "obj" => mesh::read_obj(&path, &options, limits),
             "ply" => mesh::read_ply(&path, &options, limits),
-            _ => Err(crate::ReadError {
-                file: path.clone(),
-                subject: crate::diagnostic::Subject::File,
-                line: None,
-                message: "serialized meshes cannot be read yet".into(),
-                hint: None,
-            }),
+            _ => mesh::read_serialized(&path, &options, limits),
         };
         match read {
             Ok(loaded) => {
