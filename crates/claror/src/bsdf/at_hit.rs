@@ -74,7 +74,7 @@ pub struct BsdfAtHit<'a> {
 
 impl<'a> BsdfAtHit<'a> {
     /// A material that scatters nothing.
-    pub(super) fn empty() -> Self {
+    pub fn empty() -> Self {
         Self { lobes: ArrayVec::new(), guards: ArrayVec::new() }
     }
 
@@ -126,6 +126,11 @@ impl<'a> BsdfAtHit<'a> {
     /// Whether some component is not a delta function, so that light sampling makes sense.
     pub fn has_smooth(&self) -> bool {
         self.lobes.iter().any(|l| l.lobe.is_smooth())
+    }
+
+    /// Whether [`BsdfAtHit::sample`] looks at its `u_lobe`.
+    pub fn needs_choice(&self) -> bool {
+        !matches!(self.lobes.as_slice(), [only] if matches!(only.lobe, Lobe::Diffuse(_)))
     }
 
     /// Whether the surface is invisible here.

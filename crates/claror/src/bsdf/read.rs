@@ -52,12 +52,25 @@ impl BsdfTable {
         id: BsdfId,
         si: &SurfaceInteraction,
     ) -> BsdfAtHit<'_> {
+        let mut result = BsdfAtHit::empty();
+        self.read_at_hit(textures, shapes, id, si, &mut result);
+        result
+    }
+
+    /// The same into a place of the caller's, which spares the copy of a large result.
+    pub fn read_at_hit<'a>(
+        &'a self,
+        textures: &TextureTable,
+        shapes: &ShapeTable,
+        id: BsdfId,
+        si: &SurfaceInteraction,
+        result: &mut BsdfAtHit<'a>,
+    ) {
+        result.lobes.clear();
+        result.guards.clear();
         let wo = si.frame.to_local(si.wo);
         let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guard: None };
-        let reader = Reader { textures, shapes, si };
-        let mut result = BsdfAtHit::empty();
-        self.read(&reader, id, place, &mut result);
-        result
+        self.read(&Reader { textures, shapes, si }, id, place, result);
     }
 
     /// Adds the lobes of the material `id`.

@@ -1,6 +1,6 @@
 //! Provisional: uniform choice among area lights (rectangles, spheres, even meshes) and a constant
 //! environment, to be replaced by the real light sampling.
-#![expect(missing_docs, clippy::all, reason = "provisional")]
+#![allow(missing_docs, clippy::all, reason = "provisional")]
 
 use super::*;
 use crate::interaction::SurfaceInteraction;

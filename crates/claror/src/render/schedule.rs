@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::tile::TileRenderer;
 use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
 use crate::film::Picture;
+use crate::sampler::SamplerTable;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -78,8 +79,9 @@ pub(super) fn run(
             break reason;
         }
         let end = round_end(spp, round.limit);
+        let samples = SamplerTable::new(&sensor.sampler, spp, end);
         state.film.tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
-            let work = renderer.render(tile, end, observer, &round.stop);
+            let work = renderer.render(tile, end, &samples, observer, &round.stop);
             round.samples.fetch_add(work.samples, Ordering::Relaxed);
             round.rays.fetch_add(work.rays, Ordering::Relaxed);
             if spp > 0 && round.is_out_of_time() {

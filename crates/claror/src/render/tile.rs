@@ -4,14 +4,13 @@ use super::Observer;
 use crate::film::{FilterSampler, Tile};
 use crate::integrator::{Aov, IntegratorSettings, LayeredRadiance, eval_aovs, radiance};
 use crate::math::{Ray, Vec2};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, SamplerTable};
 use crate::scene::Scene;
 use crate::sensor::{Camera, Sensor};
 
 /// What all tiles of a render share.
 pub(super) struct TileRenderer<'a> {
     scene: &'a Scene,
-    sensor: &'a Sensor,
     integrator: IntegratorSettings,
     aovs: &'a [Aov],
     camera: Camera,
@@ -29,7 +28,6 @@ impl<'a> TileRenderer<'a> {
     pub(super) fn new(scene: &'a Scene, sensor: &'a Sensor) -> Self {
         Self {
             scene,
-            sensor,
             integrator: scene.tables.integrator,
             aovs: &scene.tables.aovs,
             camera: Camera::new(sensor),
@@ -37,12 +35,13 @@ impl<'a> TileRenderer<'a> {
         }
     }
 
-    /// Brings every pixel of the tile to `spp` samples; leaves off between two pixels when the
+    /// Brings every pixel of the tile to `spp` samples, `samples` their streams; leaves off between two pixels when the
     /// observer cancels or `stop` is set.
     pub(super) fn render(
         &self,
         tile: &mut Tile,
         spp: u32,
+        samples: &SamplerTable,
         observer: &dyn Observer,
         stop: &AtomicBool,
     ) -> TileWork {
@@ -54,7 +53,7 @@ impl<'a> TileRenderer<'a> {
             }
             let first = tile.pixels[i].count;
             for index in first..spp {
-                self.sample(tile, i, index, &mut values, &mut work.rays);
+                self.sample(tile, i, index, samples, &mut values, &mut work.rays);
             }
             work.samples += u64::from(spp.saturating_sub(first));
         }
@@ -62,10 +61,18 @@ impl<'a> TileRenderer<'a> {
     }
 
     /// Adds one sample to pixel `i` of the tile.
-    fn sample(&self, tile: &mut Tile, i: usize, index: u32, values: &mut Vec<f32>, rays: &mut u64) {
+    fn sample(
+        &self,
+        tile: &mut Tile,
+        i: usize,
+        index: u32,
+        samples: &SamplerTable,
+        values: &mut Vec<f32>,
+        rays: &mut u64,
+    ) {
         let window = tile.window;
         let (x, y) = (window.x + i as u32 % window.width, window.y + i as u32 / window.width);
-        let mut sampler = Sampler::new(&self.sensor.sampler, (x, y), index);
+        let mut sampler = samples.sampler((x, y), index);
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
         let mut sample = radiance(self.scene, &self.integrator, &ray, &mut sampler, rays);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {

@@ -33,6 +33,13 @@ pub(super) fn sobol_second_reversed(index: u32) -> u32 {
     v ^ (v >> 16)
 }
 
+/// Both numbers with their bits reversed, for little more than the price of one.
+#[inline]
+pub(super) fn reverse_both(v: [u32; 2]) -> [u32; 2] {
+    let both = (u64::from(v[0]) << 32 | u64::from(v[1])).reverse_bits();
+    [both as u32, (both >> 32) as u32]
+}
+
 /// 64 well mixed bits from 64 (Stafford's thirteenth variant of MurmurHash3's finaliser, as in
 /// SplitMix64: Steele, Lea, Flood 2014).
 #[inline]

@@ -185,3 +185,19 @@ fn streams_are_pure_functions_of_their_key() {
         assert_eq!(b.next_1d(), second);
     }
 }
+
+/// Streams from a table are the streams, inside and outside of its range.
+#[test]
+fn tables_change_nothing() {
+    for settings in [SOBOL, INDEPENDENT] {
+        let table = SamplerTable::new(&settings, 8, 12);
+        for index in [7, 8, 11, 12, 500] {
+            let mut a = Sampler::new(&settings, (3, 1), index);
+            let mut b = table.sampler((3, 1), index);
+            for _ in 0..40 {
+                assert_eq!(a.next_2d(), b.next_2d());
+                assert_eq!(a.next_1d(), b.next_1d());
+            }
+        }
+    }
+}
