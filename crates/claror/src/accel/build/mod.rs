@@ -1,11 +1,12 @@
 //! From shapes to a [`Tree`]: collect the primitives ([`primitives`]), split them in two again and
-//! again ([`binary`]), choose which splits become wide nodes and which leaves ([`collapse`]), and
+//! again ([`binary`], [`split`]), choose which splits become wide nodes and which leaves ([`collapse`]), and
 //! write nodes and blocks ([`emit`]).
 
 mod binary;
 mod collapse;
 mod emit;
 mod primitives;
+mod split;
 
 use super::AccelError;
 use super::arena::Arena;
@@ -13,7 +14,7 @@ use super::node::{Child, DIRECTORY_STEP, MAX_DEPTH, ShapeRange, Tree};
 use crate::math::Bounds3;
 use crate::shape::{InstanceId, ShapeId, ShapeTable};
 use emit::Plan;
-use primitives::Collected;
+use primitives::{Collected, PrimitiveRef};
 pub(super) use primitives::{triangle, triangles_in};
 
 /// The tree over the given shapes and placed groups.
@@ -37,7 +38,7 @@ pub(super) fn tree(
     };
     for sah_depth in binary::SAH_DEPTHS {
         let nodes = binary::build(&mut refs, sah_depth);
-        let order: Vec<u32> = refs.iter().map(|r| r.id).collect();
+        let order: Vec<u32> = refs.iter().map(PrimitiveRef::id).collect();
         let choices = collapse::plan(&nodes, &order, triangle_count);
         let plan = Plan { shapes, nodes: &nodes, order: &order, choices: &choices };
         let size = plan.size(&tree);

@@ -2,36 +2,46 @@
 
 use super::super::AccelError;
 use super::super::node::{ShapeRange, Special};
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Vec3, Vec3A, Vec4};
 use crate::shape::{InstanceId, ShapeId, ShapeKind, ShapeTable};
 use rayon::prelude::*;
 
 /// Box and number of a primitive. 32 bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PrimitiveRef {
-    pub(super) min: Vec3,
-    /// Number in the tree: triangles first, then special primitives.
-    pub(super) id: u32,
-    pub(super) max: Vec3,
+    /// Smallest corner, and the bits of the number.
+    min: Vec4,
+    /// Largest corner.
+    max: Vec4,
 }
 
 impl PrimitiveRef {
-    pub(super) fn bounds(&self) -> Bounds3 {
-        Bounds3 { min: self.min, max: self.max }
-    }
-
-    /// Twice the centre of the box.
-    pub(super) fn center2(&self) -> Vec3 {
-        self.min + self.max
-    }
-
     fn new(bounds: Bounds3, id: u32) -> Option<Self> {
-        // The builder adds corners and multiplies extents: half of the range is enough for all.
+        // The builder adds corners and multiplies extents: leave room for that.
         const LARGEST: Vec3 = Vec3::splat(f32::MAX / 4.0);
         let usable = bounds.min.abs().cmplt(LARGEST).all()
             && bounds.max.abs().cmplt(LARGEST).all()
             && !bounds.is_empty();
-        usable.then_some(Self { min: bounds.min, id, max: bounds.max })
+        let (min, max) = (bounds.min.extend(f32::from_bits(id)), bounds.max.extend(0.0));
+        usable.then_some(Self { min, max })
+    }
+
+    /// Number in the tree: triangles first, then special primitives.
+    pub(super) fn id(&self) -> u32 {
+        self.min.w.to_bits()
+    }
+
+    pub(super) fn min(&self) -> Vec3A {
+        Vec3A::from_vec4(self.min)
+    }
+
+    pub(super) fn max(&self) -> Vec3A {
+        Vec3A::from_vec4(self.max)
+    }
+
+    /// Twice the centre of the box.
+    pub(super) fn center2(&self) -> Vec3A {
+        self.min() + self.max()
     }
 }
 
