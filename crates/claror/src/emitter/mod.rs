@@ -1,9 +1,25 @@
 //! Light sources.
+//!
+//! [`Emitter`]s are what a scene file says. [`LightSampler`] flattens them into lights (a mesh into
+//! its triangles), chooses one by a [tree](self#choice) and a point on it by area or by solid
+//! angle.
+//!
+//! # Choice
+//! The light tree of Conty Estevez and Kulla 2018; lights at infinity stand beside it.
 
-mod provisional;
-pub use provisional::{LightError, LightReference, LightSample, LightSampler};
-
+mod area;
+mod envmap;
+mod flatten;
 pub mod guide;
+mod infinite;
+mod light;
+mod sampler;
+mod spot;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+pub use sampler::{LightError, LightReference, LightSample, LightSampler};
 
 use crate::math::{Transform, Vec3};
 use crate::shape::ShapeId;

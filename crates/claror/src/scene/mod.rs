@@ -62,7 +62,7 @@ impl Scene {
     pub fn build(mut tables: SceneTables) -> Result<Self, SceneError> {
         tables.bsdfs.prepare(&tables.textures, &tables.shapes)?;
         let accel = Accel::build(&tables.shapes)?;
-        let lights = LightSampler::build(&tables, accel.bounds())?;
+        let lights = LightSampler::build(&tables)?;
         Ok(Self { tables, accel, lights })
     }
 

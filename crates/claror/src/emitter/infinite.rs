@@ -1,0 +1,206 @@
+//! Lights that are infinitely far away: `constant`, `envmap`, the sun's disc, `directional`.
+//!
+//! One of them is chosen by the irradiance it can make. Those that fill a part of the sphere may
+//! overlap; a direction is then worth what all of them send from there, and its density is that
+//! of the mixture.
+
+use super::envmap::Envmap;
+use super::{Emitter, LightError, LightSample};
+use crate::math::distribution::Cumulative;
+use crate::math::warp::{
+    UNIFORM_SPHERE_PDF, around, cosine_hemisphere, cosine_hemisphere_pdf, uniform_cone,
+    uniform_cone_pdf, uniform_sphere,
+};
+use crate::math::{Vec2, Vec3};
+use crate::scene::SceneTables;
+use crate::spectrum::Rgb;
+use std::f32::consts::PI;
+
+#[derive(Debug, Clone)]
+enum Infinite {
+    Constant {
+        radiance: Rgb,
+    },
+    Envmap(Box<Envmap>),
+    Sun {
+        towards: Vec3,
+        /// One minus the cosine of the half angle, which would round to 1.
+        one_minus_cos: f32,
+        radiance: Rgb,
+    },
+    Directional {
+        towards: Vec3,
+        irradiance: Rgb,
+    },
+}
+
+/// All infinite lights of a scene.
+#[derive(Debug, Clone, Default)]
+pub(super) struct InfiniteLights {
+    lights: Vec<Infinite>,
+    choice: Cumulative,
+    /// Estimate of the irradiance that all of them can make, mean of the channels.
+    pub(super) irradiance: f32,
+}
+
+impl Infinite {
+    fn new(
+        emitter: &Emitter,
+        index: usize,
+        tables: &SceneTables,
+    ) -> Result<Option<Self>, LightError> {
+        Ok(Some(match *emitter {
+            Emitter::Constant { radiance } => Self::Constant { radiance },
+            Emitter::Envmap { image, scale, ref to_world } => {
+                let picture = &tables.textures.images[image.0 as usize];
+                let envmap = Envmap::new(image, picture, scale, to_world)
+                    .ok_or(LightError::EnvironmentMap { emitter: index })?;
+                Self::Envmap(Box::new(envmap))
+            }
+            Emitter::SunDisc { direction, half_angle, radiance } => {
+                let half = (0.5 * half_angle).sin();
+                let towards = direction.normalize_or(Vec3::Z);
+                Self::Sun { towards, one_minus_cos: 2.0 * half * half, radiance }
+            }
+            Emitter::Directional { direction, irradiance } => {
+                Self::Directional { towards: -direction.normalize_or(-Vec3::Z), irradiance }
+            }
+            Emitter::Area { .. } | Emitter::Point { .. } | Emitter::Spot { .. } => return Ok(None),
+        }))
+    }
+
+    /// Estimate of the irradiance on a surface that looks towards it, mean of the channels.
+    fn irradiance(&self) -> f32 {
+        let estimate = match self {
+            Self::Constant { radiance } => PI * radiance.mean(),
+            Self::Envmap(map) => PI * map.mean.mean(),
+            Self::Sun { one_minus_cos, radiance, .. } => 2.0 * PI * one_minus_cos * radiance.mean(),
+            Self::Directional { irradiance, .. } => irradiance.mean(),
+        };
+        if estimate.is_finite() { estimate.max(0.0) } else { 0.0 }
+    }
+
+    /// Radiance from where the unit vector `d` points to; none from parallel light.
+    fn radiance(&self, tables: &SceneTables, d: Vec3) -> Rgb {
+        match self {
+            Self::Constant { radiance } => *radiance,
+            Self::Envmap(map) => map.radiance(&tables.textures.images[map.image.0 as usize], d),
+            Self::Sun { towards, one_minus_cos, radiance } => {
+                if in_disc(d, *towards, *one_minus_cos) { *radiance } else { Rgb::BLACK }
+            }
+            Self::Directional { .. } => Rgb::BLACK,
+        }
+    }
+
+    /// A direction, the radiance from there and its density by solid angle.
+    fn sample(&self, tables: &SceneTables, n: Option<Vec3>, u: Vec2) -> Option<(Vec3, Rgb, f32)> {
+        match self {
+            Self::Constant { radiance } => Some(match n {
+                // All that matters is the cosine at the surface.
+                Some(n) => {
+                    let local = cosine_hemisphere(u);
+                    let pdf = cosine_hemisphere_pdf(local.z);
+                    (around(n, local).normalize(), *radiance, pdf)
+                }
+                None => (uniform_sphere(u), *radiance, UNIFORM_SPHERE_PDF),
+            }),
+            Self::Envmap(map) => map.sample(&tables.textures.images[map.image.0 as usize], u),
+            Self::Sun { towards, one_minus_cos, radiance } => {
+                let d = around(*towards, uniform_cone(u, *one_minus_cos)).normalize();
+                Some((d, *radiance, uniform_cone_pdf(*one_minus_cos)))
+            }
+            Self::Directional { towards, irradiance } => Some((*towards, *irradiance, 1.0)),
+        }
+    }
+
+    /// Density by solid angle of [`Infinite::sample`]; 0 for parallel light.
+    fn pdf(&self, n: Option<Vec3>, d: Vec3) -> f32 {
+        match self {
+            Self::Constant { .. } => match n {
+                Some(n) => cosine_hemisphere_pdf(d.dot(n).max(0.0)),
+                None => UNIFORM_SPHERE_PDF,
+            },
+            Self::Envmap(map) => map.pdf(d),
+            Self::Sun { towards, one_minus_cos, .. } => {
+                if in_disc(d, *towards, *one_minus_cos) {
+                    uniform_cone_pdf(*one_minus_cos)
+                } else {
+                    0.0
+                }
+            }
+            Self::Directional { .. } => 0.0,
+        }
+    }
+}
+
+/// The square of the chord is 2 (1 − cos): precise for small angles, unlike the cosine.
+fn in_disc(d: Vec3, towards: Vec3, one_minus_cos: f32) -> bool {
+    (d - towards).length_squared() <= 2.0 * one_minus_cos
+}
+
+impl InfiniteLights {
+    pub(super) fn new(tables: &SceneTables) -> Result<Self, LightError> {
+        let mut lights = Vec::new();
+        for (i, emitter) in tables.emitters.emitters.iter().enumerate() {
+            lights.extend(Infinite::new(emitter, i, tables)?);
+        }
+        let weights: Vec<f32> = lights.iter().map(Infinite::irradiance).collect();
+        // Black ones are never chosen.
+        let choice = Cumulative::new(&weights).unwrap_or_default();
+        Ok(Self { irradiance: weights.iter().sum(), choice, lights })
+    }
+
+    /// Whether rays that leave the scene may see something.
+    pub(super) fn is_visible(&self) -> bool {
+        self.lights.iter().any(|l| !matches!(l, Infinite::Directional { .. }))
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// `density` of the result is without that of the choice of infinite lights at all. `n`: see
+    /// [`super::LightReference`].
+    pub(super) fn sample(
+        &self,
+        tables: &SceneTables,
+        n: Option<Vec3>,
+        u_select: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        if self.irradiance <= 0.0 {
+            return None;
+        }
+        let (i, probability, _) = self.choice.sample(u_select);
+        let light = &self.lights[i];
+        let (wi, radiance, pdf) = light.sample(tables, n, u)?;
+        let is_delta = matches!(light, Infinite::Directional { .. });
+        let sample = LightSample {
+            wi,
+            distance: f32::INFINITY,
+            radiance,
+            pdf: pdf * probability,
+            is_delta,
+            target: None,
+        };
+        if is_delta || self.lights.len() == 1 {
+            return Some(sample);
+        }
+        let (radiance, pdf) = (self.radiance(tables, wi), self.pdf(n, wi));
+        (pdf > 0.0).then_some(LightSample { radiance, pdf, ..sample })
+    }
+
+    /// Sum over all lights.
+    pub(super) fn radiance(&self, tables: &SceneTables, d: Vec3) -> Rgb {
+        self.lights.iter().fold(Rgb::BLACK, |sum, l| sum + l.radiance(tables, d))
+    }
+
+    /// Density by solid angle of [`InfiniteLights::sample`].
+    pub(super) fn pdf(&self, n: Option<Vec3>, d: Vec3) -> f32 {
+        if self.irradiance <= 0.0 {
+            return 0.0;
+        }
+        let share = |(i, l): (usize, &Infinite)| self.choice.probability(i) * l.pdf(n, d);
+        self.lights.iter().enumerate().map(share).sum()
+    }
+}

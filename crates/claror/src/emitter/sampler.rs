@@ -1,0 +1,209 @@
+//! Choice and sampling of all light sources of a scene.
+
+use super::Emitter;
+use super::flatten::FlatLights;
+use super::infinite::InfiniteLights;
+use super::light::Light;
+use super::tree::{LightTree, Receiver};
+use crate::interaction::SurfaceInteraction;
+use crate::math::{Ray, Vec2, Vec3};
+use crate::scene::SceneTables;
+use crate::spectrum::Rgb;
+
+/// Where light is asked for.
+///
+/// The same reference must be given to [`LightSampler::sample`] and to the densities that the
+/// sample is weighted with.
+#[derive(Debug, Clone, Copy)]
+pub struct LightReference {
+    /// The point, world space.
+    pub p: Vec3,
+    /// Unit normal of the side from which alone light matters: for a surface that does not
+    /// transmit, the shading normal turned to the viewer's side. Lights below its horizon are
+    /// then never chosen. `None` where light may come from both sides.
+    pub n: Option<Vec3>,
+}
+
+/// A direction towards a light.
+#[derive(Debug, Clone, Copy)]
+pub struct LightSample {
+    /// Unit direction towards the light, world space.
+    pub wi: Vec3,
+    /// Distance; infinite for the environment and for parallel light.
+    pub distance: f32,
+    /// Radiance that arrives if nothing is in the way; for delta lights that factor which makes
+    /// `f·cos·radiance/pdf` the contribution.
+    pub radiance: Rgb,
+    /// Density by solid angle, the choice of the light included; for delta lights the probability
+    /// of that choice.
+    pub pdf: f32,
+    /// No other method could have found this direction.
+    pub is_delta: bool,
+    /// Point on the light, and how far to move it to the reference's side so that a shadow ray
+    /// does not meet the light itself; `None` at infinity.
+    pub target: Option<(Vec3, Vec3)>,
+}
+
+impl LightSample {
+    /// The ray that is occluded if something stands between `origin` and the light. The origin is
+    /// already moved off its own surface
+    /// (see [`SurfaceInteraction::spawn_origin`]).
+    pub fn shadow_ray(&self, origin: Vec3) -> Ray {
+        let Some((p, offset)) = self.target else {
+            return Ray::new(origin, self.wi);
+        };
+        let segment = (p + offset) - origin;
+        let length = segment.length();
+        Ray { o: origin, d: segment / length, t_max: length * (1.0 - f32::EPSILON) }
+    }
+}
+
+/// Why the lights of a scene cannot be sampled.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LightError {
+    /// The picture of an environment map has no pixels, or values that are not finite numbers.
+    #[error(
+        "environment map (emitter {emitter}): the picture is empty or holds values that are not finite"
+    )]
+    EnvironmentMap {
+        /// Index in the table of emitters.
+        emitter: usize,
+    },
+}
+
+/// Bounds of the probability with which the infinitely far lights are chosen, where both they and
+/// nearer ones shine: the estimate knows nothing of walls.
+const INFINITE_SHARE: (f32, f32) = (0.1, 0.9);
+
+/// Samples the light sources of a scene.
+#[derive(Debug, Clone)]
+pub struct LightSampler {
+    flat: FlatLights,
+    tree: LightTree,
+    infinite: InfiniteLights,
+}
+
+impl LightSampler {
+    /// Flattens the emitters into lights and makes the tables.
+    pub fn build(tables: &SceneTables) -> Result<Self, LightError> {
+        let flat = FlatLights::new(tables);
+        let leaves: Vec<_> =
+            flat.lights.iter().map(|l| (l.extent(), l.intensity(tables))).collect();
+        let tree = LightTree::build(&leaves);
+        Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
+    }
+
+    /// Number of lights that are chosen between; a mesh counts with its triangles.
+    pub fn light_count(&self) -> usize {
+        self.flat.lights.len() + self.infinite.count()
+    }
+
+    /// Power of all lights at finite places (W), about; mean of the channels.
+    pub fn power(&self, tables: &SceneTables) -> f32 {
+        self.flat.lights.iter().map(|l| l.power(tables)).sum()
+    }
+
+    /// Whether rays that leave the scene may see light.
+    pub fn has_environment(&self) -> bool {
+        self.infinite.is_visible()
+    }
+
+    /// A direction from which light may arrive at the reference; `None` where none was found
+    /// (which counts as a sample of value 0). `u_select` chooses the light, `u` the place on it,
+    /// all in [0, 1).
+    #[inline]
+    pub fn sample(
+        &self,
+        tables: &SceneTables,
+        reference: &LightReference,
+        u_select: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let at = Receiver { p: reference.p, n: reference.n };
+        let share = self.infinite_share(&at);
+        if u_select < share {
+            let sample = self.infinite.sample(tables, reference.n, u_select / share, u)?;
+            return Some(LightSample { pdf: sample.pdf * share, ..sample });
+        }
+        let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
+        let (light, probability) = self.tree.sample(&at, u_tree)?;
+        self.flat.lights[light].sample(tables, reference.p, u, probability * (1.0 - share))
+    }
+
+    /// Density by solid angle with which [`LightSampler::sample`] chooses the direction `wi` by
+    /// way of the surface point `hit`; 0 where it is no light.
+    #[inline]
+    pub fn pdf_surface(
+        &self,
+        _tables: &SceneTables,
+        reference: &LightReference,
+        wi: Vec3,
+        hit: &SurfaceInteraction,
+    ) -> f32 {
+        let Some(index) = self.flat.light_of(hit.shape, hit.primitive) else { return 0.0 };
+        let Light::Area(light) = &self.flat.lights[index] else { return 0.0 };
+        let at = Receiver { p: reference.p, n: reference.n };
+        let probability = self.tree.probability(&at, index);
+        if probability == 0.0 {
+            return 0.0;
+        }
+        let share = self.infinite_share(&at);
+        light.area.pdf(reference.p, wi, hit.p, hit.ng) * probability * (1.0 - share)
+    }
+
+    /// Density by solid angle with which [`LightSampler::sample`] chooses the unit direction `wi`
+    /// by way of the environment.
+    #[inline]
+    pub fn pdf_environment(
+        &self,
+        _tables: &SceneTables,
+        reference: &LightReference,
+        wi: Vec3,
+    ) -> f32 {
+        let at = Receiver { p: reference.p, n: reference.n };
+        let share = self.infinite_share(&at);
+        if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference.n, wi) }
+    }
+
+    /// Radiance of all infinitely far lights but parallel ones from where the unit vector
+    /// `direction` points to.
+    pub fn environment_radiance(&self, tables: &SceneTables, direction: Vec3) -> Rgb {
+        self.infinite.radiance(tables, direction)
+    }
+
+    /// Radiance that a surface emits towards `si.wo`; black from behind.
+    pub fn emitted_radiance(&self, tables: &SceneTables, si: &SurfaceInteraction) -> Rgb {
+        let Some(emitter) = tables.shapes.shapes[si.shape.0 as usize].emitter else {
+            return Rgb::BLACK;
+        };
+        match &tables.emitters.emitters[emitter.0 as usize] {
+            Emitter::Area { radiance, .. } if si.wo.dot(si.frame.n) > 0.0 => {
+                tables.textures.rgb(&tables.shapes, *radiance, si)
+            }
+            _ => Rgb::BLACK,
+        }
+    }
+
+    /// Probability of choosing an infinitely far light: its share of the irradiance to be
+    /// expected.
+    fn infinite_share(&self, at: &Receiver) -> f32 {
+        let far = self.infinite.irradiance;
+        if far == 0.0 {
+            return 0.0;
+        }
+        let near = self.tree.irradiance(at);
+        if near == 0.0 {
+            return 1.0;
+        }
+        (far / (far + near)).clamp(INFINITE_SHARE.0, INFINITE_SHARE.1)
+    }
+}
+
+/// A choice among 10⁵ lights uses up 17 of the 24 bits of a number in [0, 1); more bits, taken
+/// from numbers that have nothing to do with it, keep rare lights possible.
+fn with_more_bits(u: f32, others: Vec2) -> f64 {
+    let bits = u64::from(others.x.to_bits()) << 32 | u64::from(others.y.to_bits());
+    let mixed = (bits ^ bits >> 29).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
+    let low = mixed as f64 * (1.0 / 16_777_216.0);
+    ((f64::from(u) * 16_777_216.0 + low) * (1.0 / 16_777_216.0)).min(1.0 - f64::EPSILON)
+}
