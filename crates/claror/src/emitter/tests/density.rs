@@ -74,7 +74,13 @@ impl Zoom {
 pub(super) fn check(scene: &Scene, reference: &LightReference, seed: u64, what: &str) {
     let zoom = check_each(scene, reference, seed, what);
     let mut rng = TestRng::new(seed + 1000);
-    let test = SphereTest { rows: 16, columns: 16, subdivisions: 32, samples: 30_000 };
+    let test = SphereTest {
+        rows: 16,
+        columns: 16,
+        subdivisions: 32,
+        samples: 30_000,
+        ..SphereTest::default()
+    };
     let sample = |_| {
         let sample = draw(scene, reference, &mut rng)?;
         let is_visible = !scene.occluded(&sample.shadow_ray(reference.p));
