@@ -4,6 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use claror::image::Image;
+use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::{exr_read, pfm};
@@ -71,16 +72,27 @@ fn decode_common(
     source: Source<'_>,
     limits: &Limits,
 ) -> Result<DecodedImage, ReadError> {
-    let fail = |e: image::ImageError| {
-        source.error(format!("the picture cannot be decoded: {}", first_line(&e.to_string())))
-    };
+    let fail = |e| undecodable(source, &e);
+    if format == ImageFormat::Hdr {
+        // Not strict about the signature, since Mitsuba itself writes "#?RGBE".
+        let decoder = HdrDecoder::new_nonstrict(bytes).map_err(fail)?;
+        return decode_checked(decoder, bytes.len(), source, limits);
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(image::Limits::no_limits());
-    let decoder = reader.into_decoder().map_err(fail)?;
+    decode_checked(reader.into_decoder().map_err(fail)?, bytes.len(), source, limits)
+}
+
+fn decode_checked(
+    decoder: impl ImageDecoder,
+    file_bytes: usize,
+    source: Source<'_>,
+    limits: &Limits,
+) -> Result<DecodedImage, ReadError> {
     let (width, height) = decoder.dimensions();
     let decoded_bytes = decoder.total_bytes();
-    check_size(source, limits, u64::from(width), u64::from(height), bytes.len(), decoded_bytes)?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(fail)?;
+    check_size(source, limits, u64::from(width), u64::from(height), file_bytes, decoded_bytes)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|e| undecodable(source, &e))?;
     let is_float = matches!(decoded, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     let (channels, data) = normalised(decoded);
     let image = Image { width: width as usize, height: height as usize, channels, data };
@@ -88,6 +100,10 @@ fn decode_common(
         return Err(source.error("the picture cannot be decoded: its data has another size"));
     }
     Ok(DecodedImage { image, is_srgb_encoded: !is_float, layers: Vec::new() })
+}
+
+fn undecodable(source: Source<'_>, error: &image::ImageError) -> ReadError {
+    source.error(format!("the picture cannot be decoded: {}", first_line(&error.to_string())))
 }
 
 /// Channels and samples in [0, 1], or as they are for float formats.
