@@ -1,7 +1,6 @@
 //! XML → [`Description`]: the first of the two stages of reading a scene.
 
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 
 use claror::math::DMat4;
 
@@ -14,7 +13,7 @@ use super::source::{Files, Log, Span};
 use super::xml::{Event, Reader};
 use super::{operations, text};
 use crate::Limits;
-use crate::diagnostic::Subject;
+use crate::diagnostic::{Diagnostic, Severity, Subject};
 
 /// Elements other than objects that may stand inside an object.
 const PROPERTY_ELEMENTS: [&str; 18] = [
@@ -118,20 +117,13 @@ impl<'a> Describer<'a> {
 
     /// Reads one file; `from` is where it was asked for.
     fn file(&mut self, path: &Path, from: Option<Span>, parent: Option<(ObjectIndex, String)>) {
-        let failed = |log: &Log, subject, message: String, hint| {
-            let here = from.unwrap_or_else(|| Span {
-                file: log.add_source(path.to_path_buf(), Rc::from("")),
-                offset: 0,
-            });
-            log.error_about(subject, here, message, hint);
-        };
         let bytes = match self.files.read(path, self.bytes_left) {
             Ok(bytes) => bytes,
             Err(error) => {
                 let (subject, message) = text::describe_io(path, &error, self.limits);
                 self.incomplete = true;
                 self.stopped |= subject == Subject::Memory;
-                return failed(self.log, subject, message, None);
+                return self.unreadable(path, from, subject, message);
             }
         };
         self.bytes_left = self.bytes_left.saturating_sub(bytes.len() as u64);
@@ -146,6 +138,21 @@ impl<'a> Describer<'a> {
         self.stack.push(text::canonical(path));
         self.events(&content, File { number, path: path.to_path_buf(), old: false, parent });
         self.stack.pop();
+    }
+
+    fn unreadable(&self, path: &Path, from: Option<Span>, subject: Subject, message: String) {
+        if let Some(span) = from {
+            return self.log.error_about(subject, span, message, None);
+        }
+        self.log.push(Diagnostic {
+            severity: Severity::Error,
+            subject,
+            file: path.to_path_buf(),
+            position: None,
+            message,
+            excerpt: None,
+            hint: None,
+        });
     }
 
     fn events(&mut self, content: &str, mut file: File) {

@@ -142,3 +142,16 @@ fn messages_end_after_a_hundred() {
     assert_eq!(diagnostics.len(), 101);
     assert_eq!(diagnostics[100].message, "further messages are not shown");
 }
+
+#[test]
+fn missing_scenes_have_no_excerpt() {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, message) in
+        [(folder.path().join("no.xml"), "is not found"), (folder.path().into(), "is a folder")]
+    {
+        let diagnostics = load(&path, &LoadOptions::default()).unwrap_err();
+        assert_eq!(diagnostics.len(), 1);
+        assert!(diagnostics[0].message.ends_with(message), "{}", diagnostics[0].message);
+        assert_eq!((diagnostics[0].subject, diagnostics[0].position), (Subject::File, None));
+    }
+}
