@@ -55,7 +55,7 @@ fn dispatch(command: Command, console: &mut Console) -> Result<Exit, Failure> {
         Command::Render(args) => return run::render::run(*args, console),
         Command::Info(args) => return run::info::run(&args, console),
         Command::Check(args) => return run::check::run(&args, console),
-        Command::Compare(_) => {}
+        Command::Compare(args) => return run::compare::run(&args, console),
         Command::Completions(args) => run::documents::completions(&args, console),
         Command::Man => run::documents::man(console),
     }

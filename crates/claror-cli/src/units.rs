@@ -6,6 +6,7 @@ use std::time::Duration;
 pub(crate) fn parse_duration(text: &str) -> Result<Duration, String> {
     let digits = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at(digits);
+    let value: f64 = number.parse().map_err(|_| "expected a time such as `90s`".to_owned())?;
     let scale = match unit {
         "" | "s" => 1.0,
         "ms" => 1e-3,
@@ -14,7 +15,6 @@ pub(crate) fn parse_duration(text: &str) -> Result<Duration, String> {
         "d" => 86400.0,
         _ => return Err(format!("unknown unit `{unit}`; use ms, s, m, h or d, as in `90s`")),
     };
-    let value: f64 = number.parse().map_err(|_| "expected a time such as `90s`".to_owned())?;
     if value.is_nan() || value <= 0.0 {
         return Err("a time must be larger than 0".to_owned());
     }

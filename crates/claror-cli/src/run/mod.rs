@@ -1,6 +1,7 @@
 //! The commands.
 
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod documents;
 pub(crate) mod info;
 mod load;

@@ -6,7 +6,6 @@ use std::time::Duration;
 use claror::integrator::Aov;
 use claror::render::{RenderError, RenderOutput, RenderSettings, RenderState, StopReason};
 use claror::scene::Scene;
-use claror_io::Limits;
 use claror_io::image::MetadataValue;
 use claror_io::scene::LoadedScene;
 use rayon::ThreadPool;
@@ -14,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::load;
 use super::observer::Watch;
-use super::state_file as checkpoint;
+use super::state_file;
 use crate::args::RenderArgs;
 use crate::config::{Checkpoint, RenderConfig};
 use crate::exit::{Exit, Failure};
@@ -100,7 +99,7 @@ fn resumed_state(job: &Job) -> Result<Option<RenderState>, Failure> {
     let file = checkpoint.file.display();
     match (checkpoint.file.exists(), checkpoint.resume) {
         (true, true) => {
-            let state = checkpoint::read(&checkpoint.file, &Limits::default())?;
+            let state = state_file::read(&checkpoint.file)?;
             job.console.detail(&format!("going on from {file}"));
             Ok(Some(state))
         }
@@ -155,7 +154,7 @@ pub(crate) fn write_checkpoint(
     checkpoint: &Checkpoint,
     state: &RenderState,
 ) -> Result<(), Failure> {
-    checkpoint::write(&checkpoint.file, state)
+    state_file::write(&checkpoint.file, state)
         .map_err(|error| Failure::io("cannot write", &checkpoint.file, &error))
 }
 

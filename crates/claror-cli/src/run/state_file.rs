@@ -1,26 +1,25 @@
-//! Checkpoint files.
+//! The state of a render as a checkpoint file: what was rendered how, then the sums.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::Path;
 
 use claror::render::RenderState;
-use claror_io::Limits;
-use claror_io::ReadError;
+use claror_io::checkpoint::{self, Checkpoint, CheckpointHeader};
 use claror_io::diagnostic::Subject;
+use claror_io::{Limits, ReadError};
 
-const MAGIC: &[u8; 8] = b"claror-1";
+/// Name of the block with the state.
+const STATE: &str = "state";
 
 /// Writes a state, whole or not at all.
-pub(crate) fn write(path: &Path, state: &RenderState) -> Result<(), io::Error> {
-    claror_io::write::atomically(path, |w: &mut BufWriter<&File>| {
-        w.write_all(MAGIC)?;
-        w.write_all(&state.to_bytes())
-    })
+pub(crate) fn write(path: &Path, state: &RenderState) -> io::Result<()> {
+    let header = CheckpointHeader { fields: state.fingerprint.entries.clone() };
+    let blocks = vec![(STATE.to_owned(), state.to_bytes())];
+    checkpoint::write(path, &Checkpoint { header, blocks })
 }
 
 /// Reads a state.
-pub(crate) fn read(path: &Path, _limits: &Limits) -> Result<RenderState, ReadError> {
+pub(crate) fn read(path: &Path) -> Result<RenderState, ReadError> {
     let error = |message: String| ReadError {
         file: path.to_owned(),
         subject: Subject::File,
@@ -28,9 +27,9 @@ pub(crate) fn read(path: &Path, _limits: &Limits) -> Result<RenderState, ReadErr
         message,
         hint: None,
     };
-    let bytes = std::fs::read(path).map_err(|e| error(crate::exit::describe(&e)))?;
-    let body = bytes
-        .strip_prefix(MAGIC)
-        .ok_or_else(|| error("this is not a checkpoint of this version".to_owned()))?;
-    RenderState::from_bytes(body).map_err(|e| error(format!("the checkpoint is broken: {e}")))
+    let checkpoint = checkpoint::read(path, &Limits::default())?;
+    let bytes = checkpoint
+        .block(STATE)
+        .ok_or_else(|| error("the checkpoint holds no state of a render".to_owned()))?;
+    RenderState::from_bytes(bytes).map_err(|e| error(format!("the state of the render: {e}")))
 }

@@ -1,0 +1,9 @@
+//! Tests of the program as a user meets it: the real binary in a fresh folder.
+
+#[cfg(unix)]
+mod checkpoint;
+mod common;
+mod compare;
+mod exit_codes;
+mod json;
+mod render;
