@@ -1,8 +1,8 @@
 //! Scene files: the Mitsuba 3 XML dialect.
 //!
-//! Reading has two stages. The first ([`describe`]) turns XML with its includes, defaults and
+//! Reading has two stages. The first (`describe`) turns XML with its includes, defaults and
 //! references into a description: objects with typed properties, each with its place in a file.
-//! The second ([`build`]) makes the flat [`SceneTables`] of it. Both go on after an error, so that
+//! The second (`build`) makes the flat [`SceneTables`] of it. Both go on after an error, so that
 //! all of them are shown at once.
 //!
 //! # What is understood
