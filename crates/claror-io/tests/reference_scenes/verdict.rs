@@ -98,12 +98,13 @@ fn z_of(a: &Estimate, b: &Estimate, x: usize, y: usize, w: usize, h: usize) -> [
             }
         }
     }
-    [0, 1, 2].map(|c| {
-        let rounding = 2e-5 * size[c] / pixels;
-        let error = (variance[c].sqrt() / pixels).hypot(rounding);
-        if error > 0.0 { difference[c] / pixels / error } else { difference[c] * f64::INFINITY }
-    })
-    .map(|z| if z.is_nan() { 0.0 } else { z })
+    [0, 1, 2]
+        .map(|c| {
+            let rounding = 2e-5 * size[c] / pixels;
+            let error = (variance[c].sqrt() / pixels).hypot(rounding);
+            if error > 0.0 { difference[c] / pixels / error } else { difference[c] * f64::INFINITY }
+        })
+        .map(|z| if z.is_nan() { 0.0 } else { z })
 }
 
 #[cfg(test)]
@@ -114,7 +115,9 @@ mod tests {
     fn noisy(mean: f64, sigma: f64, seed: u64) -> Estimate {
         let mut state = seed;
         let mut uniform = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         // The sum of twelve uniform numbers is nearly Gaussian with variance 1.
