@@ -128,6 +128,23 @@ impl<'a> BsdfAtHit<'a> {
         self.lobes.iter().any(|l| l.lobe.is_smooth())
     }
 
+    /// Unit normal, world space, of the side from which alone the smooth components take light:
+    /// the viewer's. `None` where light may come from both sides, or where bump and normal maps
+    /// replace the frame.
+    pub fn lit_side(&self) -> Option<Vec3> {
+        if !self.guards.is_empty() {
+            return None;
+        }
+        let mut side = None;
+        for l in self.lobes.iter().filter(|l| l.lobe.is_smooth()) {
+            if l.lobe.transmits() {
+                return None;
+            }
+            side = Some(if l.wo.z < 0.0 { -l.frame.n } else { l.frame.n });
+        }
+        side
+    }
+
     /// Whether [`BsdfAtHit::sample`] looks at its `u_lobe`.
     pub fn needs_choice(&self) -> bool {
         !matches!(self.lobes.as_slice(), [only] if matches!(only.lobe, Lobe::Diffuse(_)))

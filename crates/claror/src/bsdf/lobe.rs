@@ -124,6 +124,15 @@ impl Lobe<'_> {
         )
     }
 
+    /// Whether a smooth component takes light from the side that the viewer is not on.
+    pub(super) fn transmits(&self) -> bool {
+        match self {
+            Self::RoughDielectric(_) => true,
+            Self::Principled(p) => p.spec_trans > 0.0,
+            _ => false,
+        }
+    }
+
     /// Whether a sample of this lobe that goes to the other side goes straight on as if there
     /// were no surface.
     pub(super) fn is_null_sample(&self, is_transmission: bool) -> bool {

@@ -5,7 +5,8 @@
 //! of the mixture.
 
 use super::envmap::Envmap;
-use super::{Emitter, LightError, LightSample};
+use super::guide::EnvironmentGuide;
+use super::{Emitter, LightError, LightReference, LightSample};
 use crate::math::distribution::Cumulative;
 use crate::math::warp::{
     UNIFORM_SPHERE_PDF, around, cosine_hemisphere, cosine_hemisphere_pdf, uniform_cone,
@@ -41,7 +42,13 @@ pub(super) struct InfiniteLights {
     choice: Cumulative,
     /// Estimate of the irradiance that all of them can make, mean of the channels.
     pub(super) irradiance: f32,
+    /// Where the sky is seen from, if that was learned.
+    guide: Option<Box<EnvironmentGuide>>,
 }
+
+/// Share of the guide, where there is one, in sampling a light that fills the sky. The rest keeps
+/// the small bright parts of environment maps, which the guide's coarse cells blur.
+const GUIDE_SHARE: f32 = 0.75;
 
 impl Infinite {
     fn new(
@@ -67,6 +74,11 @@ impl Infinite {
             }
             Emitter::Area { .. } | Emitter::Point { .. } | Emitter::Spot { .. } => return Ok(None),
         }))
+    }
+
+    /// Whether light comes from all around, rather than from a point or a small disc.
+    fn fills_sky(&self) -> bool {
+        matches!(self, Self::Constant { .. } | Self::Envmap(_))
     }
 
     /// Estimate of the irradiance on a surface that looks towards it, mean of the channels.
@@ -147,7 +159,7 @@ impl InfiniteLights {
         let weights: Vec<f32> = lights.iter().map(Infinite::irradiance).collect();
         // Black ones are never chosen.
         let choice = Cumulative::new(&weights).unwrap_or_default();
-        Ok(Self { irradiance: weights.iter().sum(), choice, lights })
+        Ok(Self { irradiance: weights.iter().sum(), choice, lights, guide: None })
     }
 
     /// Whether rays that leave the scene may see something.
@@ -155,39 +167,60 @@ impl InfiniteLights {
         self.lights.iter().any(|l| !matches!(l, Infinite::Directional { .. }))
     }
 
+    /// Whether some light fills the sky and shines.
+    pub(super) fn fills_sky(&self) -> bool {
+        self.lights.iter().any(|l| l.fills_sky() && l.irradiance() > 0.0)
+    }
+
     pub(super) fn count(&self) -> usize {
         self.lights.len()
     }
 
-    /// `density` of the result is without that of the choice of infinite lights at all. `n`: see
-    /// [`super::LightReference`].
+    /// Samples the lights that fill the sky by what was learned about their visibility.
+    pub(super) fn set_guide(&mut self, guide: Option<EnvironmentGuide>) {
+        self.guide = guide.map(Box::new);
+    }
+
+    /// The guide, and the normal to ask it with, where it knows the reference.
+    fn guide_at(&self, at: &LightReference) -> Option<(&EnvironmentGuide, Vec3)> {
+        let (guide, n) = (self.guide.as_deref()?, at.n?);
+        guide.knows(at.p, n).then_some((guide, n))
+    }
+
+    /// The density of the result is without that of the choice of infinite lights at all.
     pub(super) fn sample(
         &self,
         tables: &SceneTables,
-        n: Option<Vec3>,
+        at: &LightReference,
         u_select: f32,
         u: Vec2,
     ) -> Option<LightSample> {
         if self.irradiance <= 0.0 {
             return None;
         }
-        let (i, probability, _) = self.choice.sample(u_select);
+        let (i, probability, u_method) = self.choice.sample(u_select);
         let light = &self.lights[i];
-        let (wi, radiance, pdf) = light.sample(tables, n, u)?;
-        let is_delta = matches!(light, Infinite::Directional { .. });
-        let sample = LightSample {
-            wi,
-            distance: f32::INFINITY,
-            radiance,
-            pdf: pdf * probability,
-            is_delta,
-            target: None,
+        let guided = match self.guide_at(at) {
+            Some((guide, n)) if light.fills_sky() && u_method < GUIDE_SHARE => {
+                Some(guide.sample(at.p, n, u)?.0)
+            }
+            _ => None,
         };
-        if is_delta || self.lights.len() == 1 {
-            return Some(sample);
-        }
-        let (radiance, pdf) = (self.radiance(tables, wi), self.pdf(n, wi));
-        (pdf > 0.0).then_some(LightSample { radiance, pdf, ..sample })
+        let is_delta = matches!(light, Infinite::Directional { .. });
+        let (wi, radiance, pdf) = match guided {
+            Some(wi) => (wi, self.radiance(tables, wi), self.pdf(at, wi)),
+            None => {
+                let (wi, radiance, pdf) = light.sample(tables, at.n, u)?;
+                if is_delta || (self.lights.len() == 1 && self.guide.is_none()) {
+                    (wi, radiance, pdf * probability)
+                } else {
+                    (wi, self.radiance(tables, wi), self.pdf(at, wi))
+                }
+            }
+        };
+        let distance = f32::INFINITY;
+        let sample = LightSample { wi, distance, radiance, pdf, is_delta, target: None };
+        (pdf > 0.0).then_some(sample)
     }
 
     /// Sum over all lights.
@@ -196,11 +229,19 @@ impl InfiniteLights {
     }
 
     /// Density by solid angle of [`InfiniteLights::sample`].
-    pub(super) fn pdf(&self, n: Option<Vec3>, d: Vec3) -> f32 {
+    pub(super) fn pdf(&self, at: &LightReference, d: Vec3) -> f32 {
         if self.irradiance <= 0.0 {
             return 0.0;
         }
-        let share = |(i, l): (usize, &Infinite)| self.choice.probability(i) * l.pdf(n, d);
+        let guided = self.guide_at(at).map(|(guide, n)| guide.pdf(at.p, n, d));
+        let share = |(i, l): (usize, &Infinite)| {
+            let own = l.pdf(at.n, d);
+            let pdf = match guided {
+                Some(guided) if l.fills_sky() => own + GUIDE_SHARE * (guided - own),
+                _ => own,
+            };
+            self.choice.probability(i) * pdf
+        };
         self.lights.iter().enumerate().map(share).sum()
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Emitter;
 use super::flatten::FlatLights;
+use super::guide::EnvironmentGuide;
 use super::infinite::InfiniteLights;
 use super::light::Light;
 use super::tree::{LightTree, Receiver};
@@ -93,6 +94,16 @@ impl LightSampler {
         Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
     }
 
+    /// Whether some light fills the sky, so that it is worth learning where it is seen from.
+    pub fn wants_guide(&self) -> bool {
+        self.infinite.fills_sky()
+    }
+
+    /// From now on the sky is sampled where it is seen (`None`: everywhere).
+    pub fn set_guide(&mut self, guide: Option<EnvironmentGuide>) {
+        self.infinite.set_guide(guide);
+    }
+
     /// Number of lights that are chosen between; a mesh counts with its triangles.
     pub fn light_count(&self) -> usize {
         self.flat.lights.len() + self.infinite.count()
@@ -122,7 +133,7 @@ impl LightSampler {
         let at = Receiver { p: reference.p, n: reference.n };
         let share = self.infinite_share(&at);
         if u_select < share {
-            let sample = self.infinite.sample(tables, reference.n, u_select / share, u)?;
+            let sample = self.infinite.sample(tables, reference, u_select / share, u)?;
             return Some(LightSample { pdf: sample.pdf * share, ..sample });
         }
         let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
@@ -162,7 +173,7 @@ impl LightSampler {
     ) -> f32 {
         let at = Receiver { p: reference.p, n: reference.n };
         let share = self.infinite_share(&at);
-        if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference.n, wi) }
+        if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference, wi) }
     }
 
     /// Radiance of all infinitely far lights but parallel ones from where the unit vector

@@ -66,7 +66,7 @@ fn add_light_samples(
     result: &mut LayeredRadiance,
 ) {
     let (light_share, bsdf_share) = counts.shares();
-    let reference = light_reference(si);
+    let reference = light_reference(si, bsdf);
     for _ in 0..counts.emitter {
         let (u_select, u) = (sampler.next_1d(), sampler.next_2d());
         if !bsdf.has_smooth() {
@@ -94,7 +94,7 @@ fn add_bsdf_samples(
     result: &mut LayeredRadiance,
 ) {
     let (light_share, bsdf_share) = counts.shares();
-    let reference = light_reference(si);
+    let reference = light_reference(si, bsdf);
     for _ in 0..counts.bsdf {
         let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
         let Some(sample) = bsdf.sample(u_lobe, u) else {

@@ -22,8 +22,8 @@ pub(super) fn power_heuristic(a: f32, b: f32) -> f32 {
 
 /// The point as light sampling sees it.
 #[inline]
-pub(super) fn light_reference(si: &SurfaceInteraction) -> LightReference {
-    LightReference { p: si.p, n: None }
+pub(super) fn light_reference(si: &SurfaceInteraction, bsdf: &BsdfAtHit) -> LightReference {
+    LightReference { p: si.p, n: bsdf.lit_side() }
 }
 
 /// A light sample that a surface can make use of, before its visibility is known.

@@ -131,7 +131,7 @@ impl Walk<'_> {
         sampler: &mut Sampler,
     ) -> Option<Ray> {
         let dimension = CAMERA_DIMENSIONS + self.depth * VERTEX_DIMENSIONS;
-        let reference = light_reference(si);
+        let reference = light_reference(si, bsdf);
         if bsdf.has_smooth() {
             sampler.set_dimension(dimension);
             self.add_light_sample(si, bsdf, &reference, sampler);

@@ -5,11 +5,14 @@ pub(crate) mod test_scene;
 
 use crate::accel::{Accel, AccelError};
 use crate::bsdf::{BsdfError, BsdfTable};
+use crate::emitter::guide::EnvironmentGuide;
 use crate::emitter::{EmitterTable, LightError, LightSampler};
+use crate::film::CropWindow;
 use crate::integrator::{Aov, IntegratorSettings};
 use crate::interaction::SurfaceInteraction;
-use crate::math::Ray;
-use crate::sensor::Sensor;
+use crate::math::{Ray, Vec2};
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::sensor::{Camera, Sensor};
 use crate::shape::ShapeTable;
 use crate::texture::TextureTable;
 
@@ -57,13 +60,47 @@ pub enum SceneError {
     Light(#[from] LightError),
 }
 
+/// Least and largest number of walks that learn where the sky is seen from: a fraction of a
+/// second at most.
+const GUIDE_WALKS: (usize, usize) = (1 << 14, 1 << 17);
+
 impl Scene {
     /// Derives what rendering needs, in parallel on the current rayon pool.
     pub fn build(mut tables: SceneTables) -> Result<Self, SceneError> {
         tables.bsdfs.prepare(&tables.textures, &tables.shapes)?;
         let accel = Accel::build(&tables.shapes)?;
         let lights = LightSampler::build(&tables)?;
-        Ok(Self { tables, accel, lights })
+        let mut scene = Self { tables, accel, lights };
+        if scene.lights.wants_guide() {
+            let guide = scene.learn_sky();
+            scene.lights.set_guide(guide);
+        }
+        Ok(scene)
+    }
+
+    /// Learns from walks that start at all cameras where the sky is seen from.
+    fn learn_sky(&self) -> Option<EnvironmentGuide> {
+        let cameras: Vec<(Camera, CropWindow)> =
+            self.tables.sensors.iter().map(|s| (Camera::new(s), s.film.crop)).collect();
+        let pixels: usize = cameras.iter().map(|(_, c)| c.width as usize * c.height as usize).sum();
+        let settings = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+        if cameras.is_empty() {
+            return None;
+        }
+        let camera_ray = |i: usize| {
+            let (camera, crop) = &cameras[i % cameras.len()];
+            let mut sampler = Sampler::new(&settings, (0, 0), (i / cameras.len()) as u32);
+            let size = Vec2::new(crop.width as f32, crop.height as f32);
+            let corner = Vec2::new(crop.x as f32, crop.y as f32);
+            let film = corner + sampler.next_2d() * size;
+            Some(camera.ray(film, sampler.next_2d()))
+        };
+        EnvironmentGuide::learn(
+            pixels.clamp(GUIDE_WALKS.0, GUIDE_WALKS.1),
+            camera_ray,
+            |ray| self.intersect(ray),
+            |d| self.lights.environment_radiance(&self.tables, d).luminance(),
+        )
     }
 
     /// The first surface along the ray.
