@@ -7,6 +7,8 @@
 
 mod cube;
 mod finish;
+#[cfg(test)]
+mod hostile_tests;
 mod normals;
 mod obj;
 mod ply;

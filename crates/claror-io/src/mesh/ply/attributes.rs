@@ -14,6 +14,10 @@ use crate::source::Source;
 /// Suffixes that number the channels of an attribute.
 const SUFFIXES: [[&str; 3]; 3] = [["x", "y", "z"], ["0", "1", "2"], ["1", "2", "3"]];
 
+/// More attributes are not read: a polygon of n vertices repeats its own n times, which must not
+/// turn a small file into a large mesh.
+const MAX_ATTRIBUTES: usize = 32;
+
 /// Attributes of an element while its rows are read.
 pub(super) struct AttributeReader {
     /// Per property of the element: the place of its value in `row`.
@@ -33,6 +37,10 @@ impl AttributeReader {
             let name = format!("{owner}_{name}");
             if attributes.iter().any(|a| a.name == name) {
                 continue;
+            }
+            if attributes.len() == MAX_ATTRIBUTES {
+                warnings.push(format!("only the first {MAX_ATTRIBUTES} attributes are read"));
+                break;
             }
             let is_integer = |&i: &usize| match element.properties[i].kind {
                 PropertyKind::Scalar(kind) => !matches!(kind, NumberKind::F32 | NumberKind::F64),

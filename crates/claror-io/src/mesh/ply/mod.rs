@@ -75,6 +75,9 @@ impl Body<'_> {
             let missing = if seen.0 { "face" } else { "vertex" };
             return Err(self.source.error(format!("the file has no element \"{missing}\"")));
         }
+        if values.has_more() {
+            raw.warnings.push("something follows the last element of the file".into());
+        }
         let count = raw.positions.len();
         for (i, triangle) in raw.triangles.iter().enumerate() {
             if let Some(&index) = triangle.iter().find(|&&index| index as usize >= count) {

@@ -52,6 +52,9 @@ pub(super) trait Values {
     /// Bytes left; for ascii one more, since the last separator may be missing.
     fn remaining(&self) -> usize;
 
+    /// True when something follows the last number, blanks aside.
+    fn has_more(&mut self) -> bool;
+
     /// " (line 7)" or " (byte 1234)": shortly before this the last number stood.
     fn place(&self) -> String;
 }
@@ -107,6 +110,10 @@ impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
 
     fn remaining(&self) -> usize {
         self.bytes.len().saturating_sub(self.at)
+    }
+
+    fn has_more(&mut self) -> bool {
+        self.remaining() > 0
     }
 
     fn place(&self) -> String {
@@ -168,6 +175,10 @@ impl Values for AsciiValues<'_> {
 
     fn remaining(&self) -> usize {
         self.bytes.len().saturating_sub(self.at) + 1
+    }
+
+    fn has_more(&mut self) -> bool {
+        self.word().is_ok()
     }
 
     fn place(&self) -> String {
