@@ -14,6 +14,7 @@ pub mod guide;
 mod infinite;
 mod light;
 mod sampler;
+pub mod sky;
 mod spot;
 #[cfg(test)]
 mod tests;
