@@ -96,3 +96,15 @@ pub(crate) fn cases() -> Vec<Case> {
         ),
     ]
 }
+
+/// Scenes that are odd but usable: name, scene and other file, and the warning.
+pub(crate) fn odd() -> Vec<Case> {
+    let flat = "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n";
+    let many = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{}", "f 1 2 3\n".repeat(100_000));
+    vec![
+        mesh("zero area", "a.obj", flat, "a.obj: 1 of 2 triangles have no area"),
+        Case { expected: vec![], ..mesh("10^5 identical faces", "a.obj", many, "") },
+        environment("black environment", 0.0, "the environment map is black"),
+        scene("text", "hello", "2:1: text between elements is ignored"),
+    ]
+}

@@ -37,6 +37,15 @@ impl Case {
         Self { subject, ..self }
     }
 
+    /// A folder with all files.
+    fn write(&self) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, bytes) in &self.files {
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        folder
+    }
+
     /// One further message.
     fn and(mut self, expected: &'static str) -> Self {
         self.expected.push(expected);
@@ -66,10 +75,7 @@ const LIMIT: Duration = Duration::from_secs(5);
 
 /// What went wrong with a case.
 fn run(case: &Case) -> Result<(), String> {
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-    for (name, bytes) in &case.files {
-        fs::write(folder.path().join(name), bytes).map_err(|e| e.to_string())?;
-    }
+    let folder = case.write();
     let path = folder.path().join(&case.files[0].0);
     let defines = case.defines.iter().map(|(n, v)| ((*n).to_owned(), (*v).to_owned())).collect();
     let options = LoadOptions { defines, ..LoadOptions::default() };
@@ -153,5 +159,19 @@ fn missing_scenes_have_no_excerpt() {
         assert_eq!(diagnostics.len(), 1);
         assert!(diagnostics[0].message.ends_with(message), "{}", diagnostics[0].message);
         assert_eq!((diagnostics[0].subject, diagnostics[0].position), (Subject::File, None));
+    }
+}
+
+#[test]
+fn odd_scenes_are_read_with_a_warning() {
+    for case in data::odd() {
+        let folder = case.write();
+        let path = folder.path().join("scene.xml");
+        let loaded = load(&path, &LoadOptions::default()).unwrap();
+        let got: Vec<String> = loaded.warnings.iter().map(|w| shown(w, folder.path())).collect();
+        assert_eq!(got.len(), case.expected.len(), "{}: {got:?}", case.name);
+        for (line, expected) in got.iter().zip(&case.expected) {
+            assert!(line.contains(expected), "{}: {line}", case.name);
+        }
     }
 }

@@ -109,7 +109,10 @@ impl<'a> Builder<'a> {
             E::TransmissiveTwoSided { bsdf, .. } => *bsdf,
         };
         let span = self.bsdf_spans[id.0 as usize];
-        self.log.error(span, error.to_string(), None);
+        // The user knows no numbers of materials.
+        let name = format!("material {}", id.0);
+        let message = error.to_string().replacen(&name, "this material", 1);
+        self.log.error(span, message, None);
     }
 
     /// `int_ior` over `ext_ior`.
