@@ -65,7 +65,20 @@ pub(super) struct WeightedLobe<'a> {
 /// A material at one point of a surface: a few weighted lobes, without textures and nesting.
 /// Made by [`super::BsdfTable::at_hit`]; remembers the direction towards the viewer.
 #[derive(Debug, Clone)]
-pub struct BsdfAtHit<'a> {
+pub struct BsdfAtHit<'a>(pub(super) Lobes<'a>);
+
+/// Most materials are one lobe: then nothing but that lobe is written and read.
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "only the used part is touched; no heap per hit")]
+pub(super) enum Lobes<'a> {
+    /// One lobe of weight 1 in an unperturbed frame.
+    One(WeightedLobe<'a>),
+    /// Any other material.
+    Many(ManyLobes<'a>),
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct ManyLobes<'a> {
     /// Weights sum to at most 1.
     pub(super) lobes: ArrayVec<WeightedLobe<'a>, MAX_LOBES>,
     /// What bump and normal maps leave of the frames that they replaced.
@@ -75,20 +88,21 @@ pub struct BsdfAtHit<'a> {
 impl<'a> BsdfAtHit<'a> {
     /// A material that scatters nothing.
     pub fn empty() -> Self {
-        Self { lobes: ArrayVec::new(), guards: ArrayVec::new() }
+        Self(Lobes::Many(ManyLobes::empty()))
     }
 
     /// Value and density for light from the world-space unit direction `wi`.
     pub fn eval(&self, wi: Vec3) -> BsdfEval {
-        if let [only] = self.lobes.as_slice()
-            && only.weight == 1.0
-        {
-            let e = self.eval_lobe(only, wi);
-            return BsdfEval { value: e.value, diffuse: e.diffuse, pdf: e.pdf };
-        }
+        let many = match &self.0 {
+            Lobes::One(only) => {
+                let e = only.lobe.eval(only.wo, only.frame.to_local(wi));
+                return BsdfEval { value: e.value, diffuse: e.diffuse, pdf: e.pdf };
+            }
+            Lobes::Many(many) => many,
+        };
         let mut sum = BsdfEval { value: Rgb::BLACK, diffuse: Rgb::BLACK, pdf: 0.0 };
-        for lobe in &self.lobes {
-            let e = self.eval_lobe(lobe, wi);
+        for lobe in &many.lobes {
+            let e = many.eval_lobe(lobe, wi);
             sum.value += e.value * lobe.weight;
             sum.diffuse += e.diffuse * lobe.weight;
             sum.pdf += e.pdf * lobe.weight;
@@ -100,19 +114,25 @@ impl<'a> BsdfAtHit<'a> {
     /// the direction. `None` when the path ends here: nothing is scattered, or the chosen
     /// direction cannot occur.
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let (lobe, u_component) = self.choose(u_lobe)?;
+        let many = match &self.0 {
+            Lobes::One(only) => {
+                let sample = only.lobe.sample(only.wo, u_lobe, u)?;
+                return Some(only.world_sample(&sample));
+            }
+            Lobes::Many(many) => many,
+        };
+        let (lobe, u_component) = many.choose(u_lobe)?;
         let sample = lobe.lobe.sample(lobe.wo, u_component, u)?;
-        let wi = lobe.frame.to_world(sample.wi);
-        let shadowing = self.shadowing(lobe, wi, sample.wi.z);
+        let mut result = lobe.world_sample(&sample);
+        let shadowing = many.shadowing(lobe, result.wi, sample.wi.z);
         if shadowing <= 0.0 {
             return None;
         }
-        let mut result = Self::world_sample(lobe, &sample, wi);
         result.weight *= shadowing;
         result.diffuse_weight *= shadowing;
-        if !sample.is_delta && self.lobes.len() > 1 {
+        if !sample.is_delta && many.lobes.len() > 1 {
             // The direction might have come from any of the lobes: one-sample mixture density.
-            let e = self.eval(wi);
+            let e = self.eval(result.wi);
             if e.pdf <= 0.0 {
                 return None;
             }
@@ -125,18 +145,18 @@ impl<'a> BsdfAtHit<'a> {
 
     /// Whether some component is not a delta function, so that light sampling makes sense.
     pub fn has_smooth(&self) -> bool {
-        self.lobes.iter().any(|l| l.lobe.is_smooth())
+        self.lobes().iter().any(|l| l.lobe.is_smooth())
     }
 
     /// Unit normal, world space, of the side from which alone the smooth components take light:
     /// the viewer's. `None` where light may come from both sides, or where bump and normal maps
     /// replace the frame.
     pub fn lit_side(&self) -> Option<Vec3> {
-        if !self.guards.is_empty() {
+        if self.lobes().iter().any(|l| l.guard.is_some()) {
             return None;
         }
         let mut side = None;
-        for l in self.lobes.iter().filter(|l| l.lobe.is_smooth()) {
+        for l in self.lobes().iter().filter(|l| l.lobe.is_smooth()) {
             if l.lobe.transmits() {
                 return None;
             }
@@ -147,12 +167,12 @@ impl<'a> BsdfAtHit<'a> {
 
     /// Whether [`BsdfAtHit::sample`] looks at its `u_lobe`.
     pub fn needs_choice(&self) -> bool {
-        !matches!(self.lobes.as_slice(), [only] if matches!(only.lobe, Lobe::Diffuse(_)))
+        !matches!(self.lobes(), [only] if matches!(only.lobe, Lobe::Diffuse(_)))
     }
 
     /// Whether the surface is invisible here.
     pub fn is_null_only(&self) -> bool {
-        !self.lobes.is_empty() && self.lobes.iter().all(|l| matches!(l.lobe, Lobe::Null))
+        !self.lobes().is_empty() && self.lobes().iter().all(|l| matches!(l.lobe, Lobe::Null))
     }
 
     /// Directional albedo, for light from everywhere equally, of the diffuse part (the `diffuse`
@@ -164,7 +184,7 @@ impl<'a> BsdfAtHit<'a> {
     /// light's direction, is replaced by its cosine-weighted mean. The base of `principled` does
     /// not count: its retro-reflection and sheen depend on both directions.
     pub fn diffuse_albedo(&self) -> Rgb {
-        self.lobes.iter().fold(Rgb::BLACK, |sum, l| sum + l.lobe.diffuse_albedo(l.wo) * l.weight)
+        self.lobes().iter().fold(Rgb::BLACK, |sum, l| sum + l.lobe.diffuse_albedo(l.wo) * l.weight)
     }
 
     /// Mitsuba's `albedo` layer: the base colour of the material where it has one, π times the
@@ -172,11 +192,25 @@ impl<'a> BsdfAtHit<'a> {
     pub fn albedo(&self) -> Rgb {
         let mut sum = Rgb::BLACK;
         let mut opaque = 0.0;
-        for l in self.lobes.iter().filter(|l| !matches!(l.lobe, Lobe::Null)) {
+        for l in self.lobes().iter().filter(|l| !matches!(l.lobe, Lobe::Null)) {
             sum += l.lobe.albedo(l.wo) * l.weight;
             opaque += l.weight;
         }
         if opaque > 0.0 { sum / opaque } else { Rgb::BLACK }
+    }
+
+    fn lobes(&self) -> &[WeightedLobe<'a>] {
+        match &self.0 {
+            Lobes::One(only) => std::slice::from_ref(only),
+            Lobes::Many(many) => &many.lobes,
+        }
+    }
+}
+
+impl<'a> ManyLobes<'a> {
+    /// A material that scatters nothing.
+    pub(super) fn empty() -> Self {
+        Self { lobes: ArrayVec::new(), guards: ArrayVec::new() }
     }
 
     fn eval_lobe(&self, lobe: &WeightedLobe, wi: Vec3) -> LobeEval {
@@ -218,17 +252,20 @@ impl<'a> BsdfAtHit<'a> {
         }
         factor
     }
+}
 
-    fn world_sample(lobe: &WeightedLobe, s: &LobeSample, wi: Vec3) -> BsdfSample {
+impl WeightedLobe<'_> {
+    fn world_sample(&self, s: &LobeSample) -> BsdfSample {
+        let is_transmission = s.wi.z * self.wo.z < 0.0;
         BsdfSample {
-            wi,
+            wi: self.frame.to_world(s.wi),
             weight: s.weight,
             diffuse_weight: s.diffuse_weight,
-            pdf: if s.is_delta { s.pdf * lobe.weight } else { s.pdf },
+            pdf: if s.is_delta { s.pdf * self.weight } else { s.pdf },
             eta: s.eta,
             is_delta: s.is_delta,
-            is_null: lobe.lobe.is_null_sample(s.wi.z * lobe.wo.z < 0.0),
-            is_transmission: s.wi.z * lobe.wo.z < 0.0,
+            is_null: self.lobe.is_null_sample(is_transmission),
+            is_transmission,
         }
     }
 }

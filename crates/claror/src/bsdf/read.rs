@@ -1,7 +1,7 @@
 //! From a material's description to its lobes at a point: textures are read, adapters
 //! (`twosided`, `mask`, `blendbsdf`, `bumpmap`, `normalmap`) are resolved.
 
-use super::at_hit::{BsdfAtHit, WeightedLobe};
+use super::at_hit::{BsdfAtHit, Lobes, ManyLobes, WeightedLobe};
 use super::conductor::Conductor;
 use super::dielectric::{Dielectric, ThinDielectric};
 use super::diffuse::Diffuse;
@@ -66,23 +66,39 @@ impl BsdfTable {
         si: &SurfaceInteraction,
         result: &mut BsdfAtHit<'a>,
     ) {
-        result.lobes.clear();
-        result.guards.clear();
         let wo = si.frame.to_local(si.wo);
         let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guard: None };
-        self.read(&Reader { textures, shapes, si }, id, place, result);
+        let reader = Reader { textures, shapes, si };
+        if let Some(lobe) = self.single(&reader, id, place) {
+            result.0 = Lobes::One(lobe);
+            return;
+        }
+        result.0 = Lobes::Many(ManyLobes::empty());
+        if let Lobes::Many(many) = &mut result.0 {
+            self.read(&reader, id, place, many);
+        }
+    }
+
+    /// The only lobe of the material `id`, where it is nothing but a model, `twosided` or not.
+    fn single(&self, reader: &Reader, id: BsdfId, place: Place) -> Option<WeightedLobe<'_>> {
+        let (mut id, mut place) = (id, place);
+        while let Bsdf::TwoSided { front, back } = &self.bsdfs[id.0 as usize] {
+            let (turned, is_behind) = place.turned_to_viewer()?;
+            (id, place) = (if is_behind { *back } else { *front }, turned);
+        }
+        let model = &self.bsdfs[id.0 as usize];
+        (!model.is_adapter()).then(|| place.lobe(self.lobe(reader, id, model)))
     }
 
     /// Adds the lobes of the material `id`.
-    fn read<'a>(&'a self, reader: &Reader, id: BsdfId, place: Place, result: &mut BsdfAtHit<'a>) {
+    fn read<'a>(&'a self, reader: &Reader, id: BsdfId, place: Place, result: &mut ManyLobes<'a>) {
         if place.weight <= 0.0 {
             return;
         }
         match &self.bsdfs[id.0 as usize] {
             Bsdf::TwoSided { front, back } => {
-                let Some(place) = place.turned_to_viewer() else { return };
-                let nested = if place.1 { *back } else { *front };
-                self.read(reader, nested, place.0, result);
+                let Some((place, is_behind)) = place.turned_to_viewer() else { return };
+                self.read(reader, if is_behind { *back } else { *front }, place, result);
             }
             Bsdf::Mask { opacity, nested } => {
                 let opacity = reader.scalar(*opacity).clamp(0.0, 1.0);
@@ -170,7 +186,26 @@ impl BsdfTable {
     }
 }
 
+impl Bsdf {
+    /// Whether the material changes others and scatters nothing itself.
+    fn is_adapter(&self) -> bool {
+        matches!(
+            self,
+            Self::TwoSided { .. }
+                | Self::Mask { .. }
+                | Self::Blend { .. }
+                | Self::BumpMap { .. }
+                | Self::NormalMap { .. }
+        )
+    }
+}
+
 impl Place {
+    fn lobe(self, lobe: Lobe) -> WeightedLobe {
+        let Self { weight, frame, wo, guard, .. } = self;
+        WeightedLobe { weight, guard, frame, wo, lobe }
+    }
+
     fn share(self, weight: f32) -> Self {
         Self { weight: self.weight * weight, ..self }
     }
@@ -195,7 +230,7 @@ impl Place {
         self,
         local: &Frame,
         options: PerturbationOptions,
-        result: &mut BsdfAtHit,
+        result: &mut ManyLobes,
     ) -> Self {
         let guard = result.guards.len() as u8;
         result.guards.push(Guard::new(self.guard, self.frame.n, local.n, options));
@@ -214,11 +249,10 @@ fn turned(frame: &Frame, local: &Frame) -> Frame {
     Frame { s: frame.to_world(local.s), t: frame.to_world(local.t), n: frame.to_world(local.n) }
 }
 
-impl<'a> BsdfAtHit<'a> {
+impl<'a> ManyLobes<'a> {
     fn push(&mut self, lobe: Lobe<'a>, place: Place) {
         if place.weight > 0.0 {
-            let Place { weight, frame, wo, guard, .. } = place;
-            self.lobes.push(WeightedLobe { weight, guard, frame, wo, lobe });
+            self.lobes.push(place.lobe(lobe));
         }
     }
 }
