@@ -92,3 +92,77 @@ fn sync_folder(target: &Path) {
         let _ = File::open(folder).and_then(|f| f.sync_all());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn entries(folder: &Path) -> Vec<String> {
+        let name = |e: io::Result<fs::DirEntry>| e.unwrap().file_name().into_string().unwrap();
+        let mut names: Vec<String> = fs::read_dir(folder).unwrap().map(name).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        fs::write(&path, "old").unwrap();
+        let full = |w: &mut BufWriter<&File>| {
+            w.write_all(&[b'x'; 1 << 17])?;
+            Err(io::Error::from(io::ErrorKind::StorageFull))
+        };
+        let error = atomically(&path, full).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(entries(folder.path()), ["out"]);
+        let panics = || atomically(&path, |_| -> io::Result<()> { panic!("a bug in the writer") });
+        assert!(std::panic::catch_unwind(panics).is_err());
+        assert_eq!(entries(folder.path()), ["out"]);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+    }
+
+    #[test]
+    fn the_new_file_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        for text in ["first", "second, longer"] {
+            atomically(&path, |w| w.write_all(text.as_bytes())).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), text.as_bytes());
+        }
+        assert_eq!(entries(folder.path()), ["out"]);
+        let nowhere = folder.path().join("none/out");
+        let error = atomically(&nowhere, |w| w.write_all(b"x")).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::NotFound);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_permissions_kept() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("real"), folder.path().join("link"));
+        symlink("real", &link).unwrap();
+        // Through a link that leads nowhere yet.
+        atomically(&link, |w| w.write_all(b"1")).unwrap();
+        fs::set_permissions(&real, Permissions::from_mode(0o640)).unwrap();
+        atomically(&link, |w| w.write_all(b"2")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&real).unwrap(), b"2");
+        assert_eq!(fs::metadata(&real).unwrap().permissions().mode() & 0o777, 0o640);
+        let circle = folder.path().join("circle");
+        symlink("circle", &circle).unwrap();
+        assert!(atomically(&circle, |w| w.write_all(b"3")).is_err());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn devices_are_written_to_directly() {
+        atomically(Path::new("/dev/null"), |w| w.write_all(b"x")).unwrap();
+        let error = atomically(Path::new("/dev/full"), |w| w.write_all(b"x")).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    }
+}

@@ -10,6 +10,8 @@ mod pfm;
 mod png;
 mod read;
 mod srgb;
+#[cfg(test)]
+mod tests;
 
 pub use exr_write::{Layer, MetadataValue, SampleFormat, write_exr};
 pub use hdr::write_hdr;

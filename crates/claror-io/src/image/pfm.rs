@@ -28,7 +28,7 @@ pub(super) fn decode(
     }
     let body = &bytes[at..];
     let row_values = width as usize * channels;
-    let needed = row_values as u64 * u64::from(height) * 4;
+    let needed = (row_values as u64).saturating_mul(4).saturating_mul(u64::from(height));
     check_size(source, limits, u64::from(width), u64::from(height), bytes.len(), needed)?;
     if (body.len() as u64) < needed {
         let have = body.len();
