@@ -30,6 +30,9 @@ const COSINE_SLACK: f32 = 1e-4;
 /// Least share of the cosine in an estimate that is not zero.
 const MIN_COSINE: f32 = 1e-2;
 
+/// Lights at the reference point itself are not infinitely important: sums must stay finite.
+const MAX_IMPORTANCE: f32 = f32::MAX / 8.0;
+
 /// Where to and how much the lights of a node shine, as seen from a reference point.
 #[derive(Debug, Clone)]
 struct Node {
@@ -75,7 +78,7 @@ impl Node {
         let radius2 = self.radius * self.radius;
         // Inside the sphere around the lights no direction can be excluded.
         if distance2 <= radius2 {
-            return self.intensity / radius2.max(f32::MIN_POSITIVE);
+            return (self.intensity / radius2.max(f32::MIN_POSITIVE)).min(MAX_IMPORTANCE);
         }
         let wi = to_center / distance2.sqrt();
         let sin_b = self.radius / distance2.sqrt();
@@ -96,7 +99,7 @@ impl Node {
             }
             importance *= cos.max(MIN_COSINE);
         }
-        importance.min(f32::MAX / 8.0)
+        importance.min(MAX_IMPORTANCE)
     }
 }
 
@@ -125,14 +128,18 @@ impl LightTree {
                 return Some((node.link as usize, probability));
             }
             let second = node.link as usize;
-            let first_share = self.first_share(index, at)?;
-            if u < f64::from(first_share) {
-                u /= f64::from(first_share);
-                probability *= first_share;
+            let shares = self.shares(index, at)?;
+            if u < shares[0] {
+                u /= shares[0];
+                probability *= shares[0] as f32;
                 index += 1;
             } else {
-                u = (u - f64::from(first_share)) / f64::from(1.0 - first_share);
-                probability *= 1.0 - first_share;
+                // Rounding may lead here though only the first child is possible.
+                if shares[1] == 0.0 {
+                    return None;
+                }
+                u = ((u - shares[0]) / shares[1]).min(1.0 - f64::EPSILON);
+                probability *= shares[1] as f32;
                 index = second;
             }
         }
@@ -151,8 +158,8 @@ impl LightTree {
                 return probability;
             }
             let (parent, is_second) = (parent >> 1, parent & 1 == 1);
-            let Some(first_share) = self.first_share(parent as usize, at) else { return 0.0 };
-            probability *= if is_second { 1.0 - first_share } else { first_share };
+            let Some(shares) = self.shares(parent as usize, at) else { return 0.0 };
+            probability *= shares[usize::from(is_second)] as f32;
             if probability == 0.0 {
                 return 0.0;
             }
@@ -160,11 +167,12 @@ impl LightTree {
         }
     }
 
-    /// Probability of the first child of a node; `None` where neither can contribute.
-    fn first_share(&self, index: usize, at: &Receiver) -> Option<f32> {
-        let first = self.nodes[index + 1].importance(at);
-        let second = self.nodes[self.nodes[index].link as usize].importance(at);
+    /// Probabilities of the children of a node; `None` where neither can contribute. In double
+    /// precision, so that the one does not vanish beside the other.
+    fn shares(&self, index: usize, at: &Receiver) -> Option<[f64; 2]> {
+        let first = f64::from(self.nodes[index + 1].importance(at));
+        let second = f64::from(self.nodes[self.nodes[index].link as usize].importance(at));
         let sum = first + second;
-        (sum > 0.0).then(|| first / sum)
+        (sum > 0.0).then(|| [first / sum, second / sum])
     }
 }
