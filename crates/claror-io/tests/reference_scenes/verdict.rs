@@ -11,9 +11,9 @@ const MEAN_SIGMAS: f64 = 3.0;
 /// caustics, which widens the distribution (a t-distribution with 7 degrees of freedom has
 /// 1.18). With more than 100 blocks a value above 1.3 has a chance below 10⁻⁵.
 const MAX_BLOCK_RMS: f64 = 1.3;
-/// Bound of the share of block means beyond 3 standard errors (0.27 % for Gaussian noise, 2 % for
-/// 7 degrees of freedom).
-const MAX_OUTLIER_SHARE: f64 = 0.02;
+/// Share of block means beyond 3 standard errors when their z has the standard deviation
+/// [`MAX_BLOCK_RMS`]: 2·Φ(−3/1.3).
+const EXPECTED_OUTLIERS: f64 = 0.021;
 /// One outlier must not decide alone.
 const CUT: f64 = 4.0;
 
@@ -36,6 +36,8 @@ pub struct Verdict {
     pub block_rms: f64,
     /// Share of the block means beyond 3 standard errors.
     pub outlier_share: f64,
+    /// Blocks compared.
+    pub blocks: usize,
 }
 
 impl Verdict {
@@ -60,13 +62,21 @@ impl Verdict {
             ratio: [0, 1, 2].map(|c| total(ours, c) / total(reference, c)),
             block_rms: (squares / f64::from(count)).sqrt(),
             outlier_share: f64::from(beyond) / f64::from(count),
+            blocks: count as usize / 3,
         }
+    }
+
+    /// The expected share and 3 standard errors of a count; the three channels of a block have
+    /// nearly the same noise and count once.
+    fn max_outlier_share(&self) -> f64 {
+        let p = EXPECTED_OUTLIERS;
+        p + 3.0 * (p * (1.0 - p) / self.blocks as f64).sqrt()
     }
 
     pub fn passes(&self) -> bool {
         self.mean_z.iter().all(|z| z.abs() <= MEAN_SIGMAS)
             && self.block_rms <= MAX_BLOCK_RMS
-            && self.outlier_share <= MAX_OUTLIER_SHARE
+            && self.outlier_share <= self.max_outlier_share()
     }
 }
 
