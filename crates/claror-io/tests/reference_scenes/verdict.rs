@@ -18,7 +18,7 @@ const EXPECTED_OUTLIERS: f64 = 0.021;
 const CUT: f64 = 4.0;
 
 /// A picture as mean and variance of the mean per pixel and channel, row by row, R, G, B.
-pub struct Estimate {
+pub(crate) struct Estimate {
     pub width: usize,
     pub height: usize,
     pub mean: Vec<[f64; 3]>,
@@ -27,7 +27,7 @@ pub struct Estimate {
 
 /// What a comparison found.
 #[derive(Debug, Clone, Copy)]
-pub struct Verdict {
+pub(crate) struct Verdict {
     /// Difference of the channel means over its standard error.
     pub mean_z: [f64; 3],
     /// Our channel means over the reference's.
@@ -43,7 +43,7 @@ pub struct Verdict {
 impl Verdict {
     /// Compares ours with the reference. Where neither has any noise (a black or constant
     /// background), values must agree to `f32` rounding of the arithmetic, 2·10⁻⁵ relative.
-    pub fn new(ours: &Estimate, reference: &Estimate) -> Self {
+    pub(crate) fn new(ours: &Estimate, reference: &Estimate) -> Self {
         assert_eq!((ours.width, ours.height), (reference.width, reference.height), "sizes");
         let whole = z_of(ours, reference, 0, 0, ours.width, ours.height);
         let (mut squares, mut beyond, mut count) = (0.0, 0_u32, 0_u32);
@@ -73,7 +73,7 @@ impl Verdict {
         p + 3.0 * (p * (1.0 - p) / self.blocks as f64).sqrt()
     }
 
-    pub fn passes(&self) -> bool {
+    pub(crate) fn passes(&self) -> bool {
         self.mean_z.iter().all(|z| z.abs() <= MEAN_SIGMAS)
             && self.block_rms <= MAX_BLOCK_RMS
             && self.outlier_share <= self.max_outlier_share()
