@@ -41,8 +41,10 @@ impl TextureTable {
                 grey_or_luminance(self.rgb(shapes, id, si))
             }
             Texture::Checkerboard { color0, color1, to_uv } => {
+                // Mitsuba 3.9 exchanges the two when it asks for a scalar (opacity, weight,
+                // roughness), and scenes are made to look right there.
                 let first = is_first_cell(to_uv.apply(si.uv));
-                self.scalar(shapes, if first { *color0 } else { *color1 }, si)
+                self.scalar(shapes, if first { *color1 } else { *color0 }, si)
             }
         }
     }
