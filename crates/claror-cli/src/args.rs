@@ -12,9 +12,7 @@ use crate::units;
 #[command(
     name = "claror",
     version,
-    about,
     after_help = crate::exit::TABLE,
-    propagate_version = true,
     subcommand_required = true,
     arg_required_else_help = true,
     max_term_width = 100
@@ -31,7 +29,7 @@ pub(crate) struct Cli {
 pub(crate) struct CommonArgs {
     /// Write one JSON object per line to standard output, and nothing else
     ///
-    /// Every object has a member "event": start, phase, progress, warning, note, error or result.
+    /// Every object has a member "event": start, phase, progress, warning, error or result.
     #[arg(long, global = true, help_heading = "Messages")]
     pub(crate) json: bool,
     /// Print errors only
@@ -143,10 +141,17 @@ pub(crate) struct OutputArgs {
         allow_negative_numbers = true
     )]
     pub(crate) exposure: f32,
-    /// Also write the parts of the light as layers of the EXR file; they sum to the picture
+    /// Also write the parts of the light as layers of the EXR file
+    ///
+    /// Emission, direct, indirect and rest, in this order, sum to the picture bit for bit; indirect
+    /// is what diffuse surfaces make of light that was scattered before. Also written are variance
+    /// and number of samples.
     #[arg(long)]
     pub(crate) layers: bool,
     /// Also write features of what is seen as layers of the EXR file, separated by commas
+    ///
+    /// The features are albedo, depth, position, uv, geo_normal, sh_normal, dp_du, dp_dv,
+    /// prim_index and shape_index. NAME:FEATURE gives the layer a name of its own.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) aov: Vec<String>,
 }
@@ -158,7 +163,7 @@ pub(crate) struct StopArgs {
     /// Samples per pixel [default: what the scene says, unless --time or --error is given]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) spp: Option<u32>,
-    /// Time to render, such as 60s, 10m or 2h
+    /// Time to render in this run, such as 60s, 10m or 2h
     #[arg(long, value_name = "TIME", value_parser = units::parse_duration)]
     pub(crate) time: Option<Duration>,
     /// Estimated relative error of the picture
@@ -173,7 +178,13 @@ pub(crate) struct ChangeArgs {
     /// How light is computed: path, direct or depth
     #[arg(short, long, value_name = "NAME")]
     pub(crate) integrator: Option<String>,
-    /// Set a parameter, such as integrator.max_depth=4; an unknown name lists them all
+    /// Set a parameter, such as integrator.max_depth=4
+    ///
+    /// The parameters are: integrator.type, integrator.max_depth (-1: no limit),
+    /// integrator.rr_depth, integrator.hide_emitters, integrator.emitter_samples and
+    /// integrator.bsdf_samples (of direct), sampler.type, sampler.seed, sampler.sample_count,
+    /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
+    /// film.alpha, film.rfilter. `-v` shows their values.
     #[arg(
         short = 'p',
         long = "parameter",
@@ -323,6 +334,17 @@ mod tests {
     #[test]
     fn the_definition_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn all_parameters_and_features_are_in_the_help() {
+        let mut command = Cli::command();
+        let render = command.find_subcommand_mut("render").expect("it exists");
+        let help = render.render_long_help().to_string();
+        let features = claror::integrator::AovKind::ALL.into_iter().map(|kind| kind.name());
+        for name in crate::parameters::names().chain(features) {
+            assert!(help.contains(name), "{name} is not in the help");
+        }
     }
 
     #[test]

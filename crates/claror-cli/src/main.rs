@@ -4,6 +4,7 @@
 //! [`progress`], [`exit`] and [`signals`] are what the user meets on the way.
 
 mod args;
+mod bar;
 mod bug;
 mod config;
 mod exit;

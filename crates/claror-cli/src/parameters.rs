@@ -127,11 +127,15 @@ const PARAMETERS: &[Parameter] = &[
     },
 ];
 
+/// Names of all parameters.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> + Clone {
+    PARAMETERS.iter().map(|parameter| parameter.name)
+}
+
 /// Sets the parameter `name`; the error says what is wrong and, second, what to do.
 pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (String, String)> {
     let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
-        let known = PARAMETERS.iter().map(|parameter| parameter.name);
-        let hint = claror_io::scene::nearest_name_hint(name, known).unwrap_or_default();
+        let hint = claror_io::scene::nearest_name_hint(name, names()).unwrap_or_default();
         return Err((format!("there is no parameter `{name}`"), hint));
     };
     (parameter.set)(target, value.trim())

@@ -9,9 +9,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
+use crate::bar::Bar;
 use crate::exit::Exit;
 use crate::messages::{Console, Report, Stdout, Verbosity, stderr_line};
 use crate::signals::Interrupts;
@@ -30,8 +30,6 @@ pub(crate) struct Snapshot {
     pub(crate) samples: Option<(u32, Option<u32>)>,
     /// Time left as the worker knows it, when it stops by the clock.
     pub(crate) remaining: Option<Duration>,
-    /// Something to say about the state, such as "stopping".
-    pub(crate) remark: Option<&'static str>,
 }
 
 impl Snapshot {
@@ -65,7 +63,6 @@ impl Snapshot {
             Some((done, None)) => parts.push(format!("{done} spp")),
             None => {}
         }
-        parts.extend(self.remark.map(str::to_owned));
         parts.join(", ")
     }
 
@@ -134,6 +131,7 @@ impl<'a> Phase<'a> {
             state: Arc::clone(&state),
             interrupts: interrupts.clone(),
             on_interrupt,
+            is_stopping: interrupts.requested(),
         };
         let (stop, stopped) = mpsc::channel();
         let handle = std::thread::Builder::new()
@@ -199,6 +197,8 @@ struct Ticker {
     state: Arc<Mutex<State>>,
     interrupts: Interrupts,
     on_interrupt: OnInterrupt,
+    /// After an interrupt nothing more is drawn: the terminal is clean whenever the end comes.
+    is_stopping: bool,
 }
 
 impl Ticker {
@@ -212,18 +212,21 @@ impl Ticker {
                 // The other threads cannot be asked to stop here.
                 std::process::exit(i32::from(Exit::Interrupted as u8));
             }
-            let mut snapshot = self.say_lines();
+            let snapshot = self.say_lines();
             if self.interrupts.requested() {
-                snapshot.remark = Some("stopping (Ctrl-C again: at once)");
+                if !std::mem::replace(&mut self.is_stopping, true) {
+                    self.display.say("stopping; Ctrl-C again ends at once");
+                }
+            } else {
+                self.display.show(&snapshot, self.start.elapsed());
             }
-            self.display.show(&snapshot, self.start.elapsed());
         }
         self.display.clear();
         self.say_lines();
     }
 
     /// Shows what was said in between, and returns what is known.
-    fn say_lines(&self) -> Snapshot {
+    fn say_lines(&mut self) -> Snapshot {
         let (lines, snapshot) = {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             (std::mem::take(&mut state.lines), state.snapshot.clone())
@@ -236,15 +239,16 @@ impl Ticker {
 /// The three ways to show progress, and none.
 enum Display {
     Hidden,
-    Bar { bar: ProgressBar, has_length: bool, colour: bool, name: &'static str },
+    Bar { name: &'static str, bar: Bar },
     Lines { name: &'static str, next: Duration },
     Json { name: &'static str, next: Duration, stdout: Stdout },
 }
 
 impl Display {
+    /// Shorter phases are over before anyone could read their bar.
+    const FIRST_BAR: Duration = Duration::from_millis(150);
     const LINE_PERIOD: Duration = Duration::from_secs(10);
     const JSON_PERIOD: Duration = Duration::from_secs(1);
-    const BAR_STEPS: u64 = 1000;
 
     fn new(console: &Console, name: &'static str) -> Self {
         if console.json {
@@ -252,53 +256,24 @@ impl Display {
         } else if console.verbosity == Verbosity::Quiet {
             Self::Hidden
         } else if console.interactive {
-            let target = ProgressDrawTarget::stderr_with_hz(20);
-            let bar = ProgressBar::with_draw_target(None, target);
-            let mut display = Self::Bar { bar, has_length: true, colour: console.colour, name };
-            display.set_style(false);
-            display
+            Self::Bar { name, bar: Bar::new(console.colour) }
         } else {
             Self::Lines { name, next: Self::LINE_PERIOD }
         }
     }
 
-    /// A bar when the length is known, a spinner otherwise.
-    fn set_style(&mut self, length: bool) {
-        let Self::Bar { bar, has_length, colour, .. } = self else { return };
-        if *has_length == length {
-            return;
-        }
-        *has_length = length;
-        let template = match (length, *colour) {
-            (true, true) => "{prefix:6.bold} {bar:24.cyan/dim} {wide_msg}",
-            (true, false) => "{prefix:6} {bar:24} {wide_msg}",
-            (false, true) => "{prefix:6.bold} {spinner:.cyan} {wide_msg}",
-            (false, false) => "{prefix:6} {spinner} {wide_msg}",
-        };
-        let style = ProgressStyle::with_template(template).expect("the templates above are valid");
-        bar.set_style(style.progress_chars("━╸─"));
-        bar.set_length(Self::BAR_STEPS);
-    }
-
     fn show(&mut self, snapshot: &Snapshot, elapsed: Duration) {
-        self.set_style(snapshot.fraction.is_some());
         match self {
             Self::Hidden => {}
-            Self::Bar { bar, name, .. } => {
-                // Shorter phases are over before anyone could read the line.
-                if elapsed < Duration::from_millis(100) {
-                    return;
+            Self::Bar { name, bar } => {
+                if elapsed >= Self::FIRST_BAR {
+                    bar.draw(name, snapshot.fraction, &snapshot.line(elapsed));
                 }
-                let done = snapshot.fraction.unwrap_or(0.0).clamp(0.0, 1.0);
-                bar.set_prefix(*name);
-                bar.set_message(snapshot.line(elapsed));
-                bar.set_position((done * Self::BAR_STEPS as f64) as u64);
-                bar.tick();
             }
             Self::Lines { name, next } => {
                 if elapsed >= *next {
                     *next += Self::LINE_PERIOD;
-                    stderr_line(&format!("{name}: {}", snapshot.line(elapsed)));
+                    stderr_line(&format!("{name}: {}", snapshot.line(elapsed).trim_start()));
                 }
             }
             Self::Json { name, next, stdout } => {
@@ -311,16 +286,16 @@ impl Display {
     }
 
     /// A message that stays, above the bar.
-    fn say(&self, line: &str) {
-        match self {
-            Self::Bar { bar, .. } => bar.suspend(|| stderr_line(line)),
-            _ => stderr_line(line),
+    fn say(&mut self, line: &str) {
+        self.clear();
+        if !matches!(self, Self::Hidden | Self::Json { .. }) {
+            stderr_line(line);
         }
     }
 
-    fn clear(&self) {
+    fn clear(&mut self) {
         if let Self::Bar { bar, .. } = self {
-            bar.finish_and_clear();
+            bar.clear();
         }
     }
 }

@@ -47,10 +47,15 @@ fn render_command(page: &mut Vec<u8>, command: &clap::Command) -> io::Result<()>
     render_text(page, &title, &format!("{about}.\n\n{usage}"))?;
 
     let mut options = Vec::new();
-    Man::new(command.clone()).render_options_section(&mut options)?;
+    // What all commands share is described once.
+    let own = command.clone().mut_args(|arg| {
+        let shared = arg.is_global_set() || arg.get_id() == "help";
+        arg.hide(shared)
+    });
+    Man::new(own).render_options_section(&mut options)?;
     let options = String::from_utf8_lossy(&options);
     // The options stand under the command's own heading.
-    page.write_all(options.replace(".SH OPTIONS", ".SS Options").as_bytes())?;
+    page.write_all(options.replace(".SH ", ".SS ").as_bytes())?;
     match command.get_after_help() {
         Some(notes) => render_lines(page, &notes.to_string()),
         None => Ok(()),

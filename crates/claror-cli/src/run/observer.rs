@@ -85,7 +85,6 @@ impl Observer for Watch<'_> {
             error: progress.error.map(f64::from),
             samples: Some((progress.spp, progress.target_spp)),
             remaining: self.remaining(progress, elapsed),
-            remark: None,
         });
     }
 
