@@ -6,6 +6,7 @@ use claror::math::Ray;
 use claror::shape::{ShapeKind, ShapeTable};
 use libloading::{Library, Symbol};
 use std::ffi::{c_char, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::ptr;
 
 type Handle = *mut c_void;
@@ -59,7 +60,8 @@ pub(crate) enum Robustness {
 
 /// The library and a device.
 pub(crate) struct Embree {
-    library: Library,
+    /// Never unloaded: Embree leaves destructors of its own behind for the end of the thread.
+    library: ManuallyDrop<Library>,
     device: Handle,
 }
 
@@ -79,6 +81,7 @@ impl Embree {
             // SAFETY: Embree's initialisers have no requirements.
             match unsafe { Library::new(name) } {
                 Ok(library) => {
+                    let library = ManuallyDrop::new(library);
                     let mut this = Self { library, device: ptr::null_mut() };
                     // SAFETY: `RTCDevice rtcNewDevice(const char*)`.
                     this.device = unsafe {
