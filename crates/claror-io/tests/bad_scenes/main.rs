@@ -39,9 +39,9 @@ impl Case {
 
     /// A folder with all files.
     fn write(&self) -> tempfile::TempDir {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
         for (name, bytes) in &self.files {
-            fs::write(folder.path().join(name), bytes).unwrap();
+            fs::write(folder.path().join(name), bytes).expect("a small file can be written");
         }
         folder
     }

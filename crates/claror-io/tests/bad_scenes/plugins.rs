@@ -191,6 +191,27 @@ fn lights_and_shapes() -> Vec<Case> {
             "\"direction\" of \"directional\" is zero",
         ),
         scene(
+            "hazy sky",
+            "<emitter type=\"sunsky\"><float name=\"turbidity\" value=\"11\"/></emitter>",
+            "2:24: turbidity 11 is not between 1 and 10",
+        ),
+        scene(
+            "two suns",
+            "<emitter type=\"sunsky\"><vector name=\"sun_direction\" value=\"0 0 1\"/>\
+             <float name=\"hour\" value=\"9\"/></emitter>",
+            "\"hour\" stands beside \"sun_direction\"",
+        ),
+        scene(
+            "thirteenth month",
+            "<emitter type=\"sky\"><integer name=\"month\" value=\"13\"/></emitter>",
+            "\"month\" = 13 must be between 1 and 12",
+        ),
+        scene(
+            "sun nowhere",
+            "<emitter type=\"sun\"><vector name=\"sun_direction\" value=\"0\"/></emitter>",
+            "the sun's direction is no direction",
+        ),
+        scene(
             "wide spot",
             "<emitter type=\"spot\"><float name=\"cutoff_angle\" value=\"95\"/></emitter>",
             "\"cutoff_angle\" = 95 must be between 0 and 90",

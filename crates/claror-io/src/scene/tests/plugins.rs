@@ -251,3 +251,28 @@ fn emitters_keep_their_parameters() {
     // As Mitsuba 3.9.1 reports it: a uniform spectrum is not white.
     assert!((radiance.r - 2.409_59).abs() < 1e-4 && (radiance.b - 1.817_83).abs() < 1e-4);
 }
+
+#[test]
+fn daylight_is_a_sky_and_a_sun() {
+    let direction = "<vector name=\"sun_direction\" value=\"0 0.6 0.8\"/>";
+    let kinds = |kind: &str| {
+        let loaded = scene(&format!("<emitter type=\"{kind}\">{direction}</emitter>"));
+        let is_sky = |e: &Emitter| matches!(e, Emitter::Envmap { .. });
+        loaded.tables.emitters.emitters.iter().map(is_sky).collect::<Vec<bool>>()
+    };
+    assert_eq!(kinds("sunsky"), [true, false]);
+    assert_eq!(kinds("sky"), [true]);
+    assert_eq!(kinds("sun"), [false]);
+    let Emitter::SunDisc { direction, half_angle, .. } = emitter("sun", direction) else {
+        panic!("no sun")
+    };
+    assert!((direction - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6);
+    assert!((half_angle.to_degrees() - 0.2679).abs() < 1e-5);
+    // Tokyo at nine, as Mitsuba 3.9.1 reports it.
+    let Emitter::SunDisc { direction, .. } = emitter("sun", "<float name=\"hour\" value=\"9\"/>")
+    else {
+        panic!("no sun")
+    };
+    let expected = Vec3::new(0.095_695_2, -0.614_786, 0.782_867);
+    assert!((direction - expected).length() < 1e-4, "{direction}");
+}
