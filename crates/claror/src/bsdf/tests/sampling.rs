@@ -26,8 +26,8 @@ pub(super) fn viewers() -> [Vec3; 5] {
 
 fn chi_square(bsdf: &BsdfAtHit, pdf: impl Fn(Vec3) -> f64, seed: u64) -> ChiSquare {
     let test = SphereTest {
-        subdivisions: 16,
-        samples: 60_000,
+        subdivisions: 12,
+        samples: 50_000,
         axis: PolarAxis::X,
         ..SphereTest::default()
     };
