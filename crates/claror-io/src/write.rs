@@ -112,7 +112,7 @@ mod tests {
         let path = folder.path().join("out");
         fs::write(&path, "old").unwrap();
         let full = |w: &mut BufWriter<&File>| {
-            w.write_all(&[b'x'; 1 << 17])?;
+            w.write_all(&vec![b'x'; 1 << 17])?;
             Err(io::Error::from(io::ErrorKind::StorageFull))
         };
         let error = atomically(&path, full).unwrap_err();

@@ -92,7 +92,7 @@ fn exr_layers_by_name() {
     let meta = exr::meta::MetaData::read_from_buffered(bytes.as_slice(), true).unwrap();
     use exr::meta::attribute::AttributeValue;
     let other = &meta.headers[0].own_attributes.other;
-    let find = |name: &str| other.iter().find(|o| o.0.to_string() == name).unwrap().1.clone();
+    let find = |name: &str| other.iter().find(|o| o.0.eq(name)).unwrap().1.clone();
     assert_eq!(find("claror:seed"), AttributeValue::I32(-3));
     assert_eq!(find("a name of more than thirty-one bytes"), AttributeValue::F64(0.5));
     let AttributeValue::Text(text) = find("claror:version") else { panic!("not a text") };
