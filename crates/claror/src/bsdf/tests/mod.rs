@@ -1,6 +1,7 @@
 //! Tests that concern all material models.
 
 mod delta;
+mod extremes;
 mod materials;
 mod physics;
 mod reference;
