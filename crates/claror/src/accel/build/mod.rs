@@ -1,11 +1,12 @@
 //! From shapes to a [`Tree`]: collect the primitives ([`primitives`]), split them in two again and
-//! again ([`binary`], [`split`]), choose which splits become wide nodes and which leaves ([`collapse`]), and
-//! write nodes and blocks ([`emit`]).
+//! again ([`binary`], [`split`]), improve on that ([`reinsert`]), choose which splits become wide
+//! nodes and which leaves ([`collapse`]), and write nodes and blocks ([`emit`]).
 
 mod binary;
 mod collapse;
 mod emit;
 mod primitives;
+mod reinsert;
 mod split;
 
 use super::AccelError;
@@ -36,9 +37,12 @@ pub(super) fn tree(
         triangle_count,
         bounds: Bounds3::EMPTY,
     };
-    for sah_depth in binary::SAH_DEPTHS {
-        let nodes = binary::build(&mut refs, sah_depth);
-        let order: Vec<u32> = refs.iter().map(PrimitiveRef::id).collect();
+    for (attempt, sah_depth) in binary::SAH_DEPTHS.into_iter().enumerate() {
+        let mut nodes = binary::build(&mut refs, sah_depth);
+        let mut order: Vec<u32> = refs.iter().map(PrimitiveRef::id).collect();
+        if attempt == 0 {
+            reinsert::improve(&mut nodes, &mut order);
+        }
         let choices = collapse::plan(&nodes, &order, triangle_count);
         let plan = Plan { shapes, nodes: &nodes, order: &order, choices: &choices };
         let size = plan.size(&tree);

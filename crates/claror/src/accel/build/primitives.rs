@@ -16,7 +16,7 @@ pub(super) struct PrimitiveRef {
 }
 
 impl PrimitiveRef {
-    fn new(bounds: Bounds3, id: u32) -> Option<Self> {
+    pub(super) fn new(bounds: Bounds3, id: u32) -> Option<Self> {
         // The builder adds corners and multiplies extents: leave room for that.
         const LARGEST: Vec3 = Vec3::splat(f32::MAX / 4.0);
         let usable = bounds.min.abs().cmplt(LARGEST).all()

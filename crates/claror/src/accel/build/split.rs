@@ -15,23 +15,35 @@ const PIECE: usize = 1 << 16;
 
 /// A box; both corners in vector registers.
 #[derive(Clone, Copy)]
-struct Box3 {
-    min: Vec3A,
-    max: Vec3A,
+pub(super) struct Box3 {
+    pub(super) min: Vec3A,
+    pub(super) max: Vec3A,
 }
 
 impl Box3 {
     const EMPTY: Self =
         Self { min: Vec3A::splat(f32::INFINITY), max: Vec3A::splat(f32::NEG_INFINITY) };
 
-    fn grow(&mut self, min: Vec3A, max: Vec3A) {
+    pub(super) fn grow(&mut self, min: Vec3A, max: Vec3A) {
         self.min = self.min.min(min);
         self.max = self.max.max(max);
     }
 
-    fn half_area(&self) -> f32 {
+    pub(super) fn half_area(&self) -> f32 {
         let e = (self.max - self.min).max(Vec3A::ZERO);
         e.x * e.y + e.y * e.z + e.z * e.x
+    }
+}
+
+impl From<Bounds3> for Box3 {
+    fn from(bounds: Bounds3) -> Self {
+        Self { min: bounds.min.into(), max: bounds.max.into() }
+    }
+}
+
+impl From<Box3> for Bounds3 {
+    fn from(b: Box3) -> Self {
+        Self { min: b.min.into(), max: b.max.into() }
     }
 }
 
@@ -54,7 +66,7 @@ impl Extent {
     }
 
     pub(super) fn bounds(&self) -> Bounds3 {
-        Bounds3 { min: self.bounds.min.into(), max: self.bounds.max.into() }
+        self.bounds.into()
     }
 
     fn include(&mut self, r: &PrimitiveRef) {
