@@ -1,6 +1,7 @@
 //! Whole scenes from text.
 
 mod forms;
+mod mutations;
 mod plugins;
 mod sensors;
 
