@@ -99,28 +99,34 @@ impl Walk<'_> {
         let mut bsdf = BsdfAtHit::empty();
         let mut hit = camera_hit(self.scene, &mut ray, self.settings.hide_emitters, &mut self.rays);
         loop {
-            let Some(si) = hit else {
+            // By reference: an interaction is too large to be moved about.
+            let Some(si) = &hit else {
                 self.add_environment(&ray);
                 return;
             };
-            self.add_emission(&si);
+            self.add_emission(si);
             let tables = &self.scene.tables;
             let shape = &tables.shapes.shapes[si.shape.0 as usize];
             let (textures, shapes) = (&tables.textures, &tables.shapes);
-            tables.bsdfs.read_at_hit(textures, shapes, shape.bsdf, &si, &mut bsdf);
+            tables.bsdfs.read_at_hit(textures, shapes, shape.bsdf, si, &mut bsdf);
             if self.settings.max_depth.is_some_and(|limit| self.depth + 1 >= limit) {
                 if !bsdf.is_null_only() {
                     self.result.alpha = 1.0;
                 }
                 return;
             }
-            let Some(next) = self.scatter(&si, &bsdf, sampler) else {
+            let Some(next) = self.scatter(si, &bsdf, sampler) else {
                 return;
             };
             ray = next;
             self.rays += 1;
             hit = self.scene.intersect(&ray);
         }
+    }
+
+    /// The first dimension of the sampler that belongs to this vertex.
+    fn vertex_dimension(&self) -> u32 {
+        CAMERA_DIMENSIONS + self.depth * VERTEX_DIMENSIONS
     }
 
     /// Adds light sampled directly, then continues the path; `None` where it ends.
@@ -130,7 +136,7 @@ impl Walk<'_> {
         bsdf: &BsdfAtHit,
         sampler: &mut Sampler,
     ) -> Option<Ray> {
-        let dimension = CAMERA_DIMENSIONS + self.depth * VERTEX_DIMENSIONS;
+        let dimension = self.vertex_dimension();
         let reference = light_reference(si, bsdf);
         if bsdf.has_smooth() {
             sampler.set_dimension(dimension);
@@ -156,7 +162,9 @@ impl Walk<'_> {
         reference: &LightReference,
         sampler: &mut Sampler,
     ) {
-        let (u_select, u) = (sampler.next_1d(), sampler.next_2d());
+        let u_select = if self.scene.lights.light_count() > 1 { sampler.next_1d() } else { 0.0 };
+        sampler.set_dimension(self.vertex_dimension() + 1);
+        let u = sampler.next_2d();
         let Some(light) = sample_light(self.scene, reference, bsdf, u_select, u) else {
             return;
         };
