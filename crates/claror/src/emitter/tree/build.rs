@@ -133,35 +133,34 @@ impl LightTree {
             })
             .collect();
         let mut tree = Self { nodes: Vec::new(), leaf_of: vec![NO_LEAF; lights.len()] };
-        tree.nodes.reserve(2 * items.len());
-        tree.grow(&mut items);
+        if !items.is_empty() {
+            tree.grow(&mut items);
+        }
         tree
     }
 
     /// Depth first with a stack of its own: lights in geometric series make deep trees.
     fn grow(&mut self, items: &mut [Item]) {
-        // Ranges of items still to be made a node of, each with its parent's link.
-        let mut open = vec![(0, items.len(), ROOT)];
-        while let Some((begin, end, parent)) = open.pop() {
-            let index = self.nodes.len() as u32;
-            if parent != ROOT && parent & 1 == 1 {
-                self.nodes[(parent >> 1) as usize].link = index;
-            }
+        self.nodes.reserve(2 * items.len());
+        self.nodes.push(Cluster::EMPTY.node(0, ROOT, true));
+        // Ranges of items, and the node and parent that each of them is to become.
+        let mut open = vec![(0, items.len(), 0, ROOT)];
+        while let Some((begin, end, index, parent)) = open.pop() {
             let range = &mut items[begin..end];
-            match range {
-                [] => {}
-                [item] => {
-                    self.leaf_of[item.light as usize] = index;
-                    self.nodes.push(item.cluster.node(item.light, parent, true));
-                }
-                _ => {
-                    let all = range.iter().fold(Cluster::EMPTY, |c, i| c.union(i.cluster));
-                    self.nodes.push(all.node(0, parent, false));
-                    let middle = begin + split(range, &all.bounds);
-                    open.push((middle, end, index << 1 | 1));
-                    open.push((begin, middle, index << 1));
-                }
+            if let [item] = range {
+                self.leaf_of[item.light as usize] = index;
+                self.nodes[index as usize] = item.cluster.node(item.light, parent, true);
+                continue;
             }
+            let all = range.iter().fold(Cluster::EMPTY, |c, i| c.union(i.cluster));
+            let middle = begin + split(range, &all.bounds);
+            let first = self.nodes.len() as u32;
+            self.nodes[index as usize] = all.node(first, parent, false);
+            // Side by side, since both are always looked at together.
+            self.nodes.push(Cluster::EMPTY.node(0, index, true));
+            self.nodes.push(Cluster::EMPTY.node(0, index, true));
+            open.push((middle, end, first + 1, index));
+            open.push((begin, middle, first, index));
         }
     }
 }

@@ -44,9 +44,9 @@ struct Node {
     cos_emission: f32,
     /// Sum of the lights' intensities along their normals, mean of the channels.
     intensity: f32,
-    /// Node of the second child (the first one follows its parent), or the light of a leaf.
+    /// Node of the first child (the second one follows it), or the light of a leaf.
     link: u32,
-    /// `ROOT` for the root; the lowest bit tells whether this is the second child.
+    /// `ROOT` for the root.
     parent: u32,
     is_leaf: bool,
 }
@@ -127,12 +127,12 @@ impl LightTree {
             if node.is_leaf {
                 return Some((node.link as usize, probability));
             }
-            let second = node.link as usize;
-            let shares = self.shares(index, at)?;
+            let first = node.link as usize;
+            let shares = self.shares(node, at)?;
             if u < shares[0] {
                 u /= shares[0];
                 probability *= shares[0] as f32;
-                index += 1;
+                index = first;
             } else {
                 // Rounding may lead here though only the first child is possible.
                 if shares[1] == 0.0 {
@@ -140,7 +140,7 @@ impl LightTree {
                 }
                 u = ((u - shares[0]) / shares[1]).min(1.0 - f64::EPSILON);
                 probability *= shares[1] as f32;
-                index = second;
+                index = first + 1;
             }
         }
     }
@@ -157,8 +157,9 @@ impl LightTree {
             if parent == ROOT {
                 return probability;
             }
-            let (parent, is_second) = (parent >> 1, parent & 1 == 1);
-            let Some(shares) = self.shares(parent as usize, at) else { return 0.0 };
+            let node = &self.nodes[parent as usize];
+            let Some(shares) = self.shares(node, at) else { return 0.0 };
+            let is_second = index != node.link;
             probability *= shares[usize::from(is_second)] as f32;
             if probability == 0.0 {
                 return 0.0;
@@ -169,9 +170,10 @@ impl LightTree {
 
     /// Probabilities of the children of a node; `None` where neither can contribute. In double
     /// precision, so that the one does not vanish beside the other.
-    fn shares(&self, index: usize, at: &Receiver) -> Option<[f64; 2]> {
-        let first = f64::from(self.nodes[index + 1].importance(at));
-        let second = f64::from(self.nodes[self.nodes[index].link as usize].importance(at));
+    fn shares(&self, node: &Node, at: &Receiver) -> Option<[f64; 2]> {
+        let link = node.link as usize;
+        let first = f64::from(self.nodes[link].importance(at));
+        let second = f64::from(self.nodes[link + 1].importance(at));
         let sum = first + second;
         (sum > 0.0).then(|| [first / sum, second / sum])
     }
