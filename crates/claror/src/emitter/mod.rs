@@ -1,11 +1,8 @@
 //! Light sources.
 //!
 //! [`Emitter`]s are what a scene file says. [`LightSampler`] flattens them into lights (a mesh into
-//! its triangles), chooses one by a [tree](self#choice) and a point on it by area or by solid
-//! angle.
-//!
-//! # Choice
-//! The light tree of Conty Estevez and Kulla 2018; lights at infinity stand beside it.
+//! its triangles), chooses one with a light tree (Conty Estevez and Kulla 2018; lights at infinity
+//! stand beside it), and a point on it by area or, near it, by solid angle.
 
 mod area;
 mod envmap;

@@ -8,7 +8,7 @@
 //! radiance) in Mitsuba's scale, tabulated in 0.35° steps: within 10⁻⁵ of Mitsuba at the pixel
 //! centres, and within 1 % between them but for the row below the horizon, where the map goes
 //! over into the black below. The sun is a uniform disc, as in Mitsuba unless `complex_sun` is set,
-//! whose radiance is a fit of ours to Mitsuba's, see [`sun`]: within 0.4 % where it exceeds a
+//! whose radiance is a fit of ours to Mitsuba's, see `sun.rs`: within 0.4 % where it exceeds a
 //! twentieth of its value at the zenith. Where Mitsuba's blue channel turns negative (sun lower than
 //! 2.2°) ours stays positive. With the sun below the horizon all is black, as there.
 
