@@ -89,17 +89,20 @@ impl Observer for Watch<'_> {
     }
 
     fn checkpoint(&self, state: &RenderState) {
-        let Some(checkpoint) = self.checkpoint else { return };
-        let mut last = self.last_checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
-        // After the end or an interruption the state is written anyway.
-        if last.elapsed() < checkpoint.every || self.is_cancelled() {
-            return;
-        }
+        // After an interruption the state is written anyway.
+        let Some(checkpoint) = self.checkpoint.filter(|_| self.is_checkpoint_due()) else { return };
         if let Err(failure) = super::render::write_checkpoint(checkpoint, state) {
             for report in failure.reports {
                 self.phase.warn(&Report::warning(report.message));
             }
         }
-        *last = Instant::now();
+        *self.last_checkpoint.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    fn is_checkpoint_due(&self) -> bool {
+        self.checkpoint.is_some_and(|checkpoint| {
+            let last = self.last_checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
+            last.elapsed() >= checkpoint.every && !self.is_cancelled()
+        })
     }
 }

@@ -194,7 +194,10 @@ fn write_all(job: &Job, content: &Content, state: &RenderState) -> Vec<Result<()
             .config
             .outputs
             .iter()
-            .map(|output| scope.spawn(|| output.write(content, &job.console.stdout)))
+            .map(|output| {
+                let write = || output.write(content, &job.console.stdout);
+                scope.spawn(move || job.pool.install(write))
+            })
             .collect();
         checkpoint
             .into_iter()

@@ -10,6 +10,7 @@ use claror::image::Image;
 use exr::prelude::f16;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
 
 use super::WriteError;
 
@@ -77,7 +78,7 @@ struct Channel<'a> {
     index: usize,
 }
 
-/// Writes layers of equal size. Attribute names of the format itself (such as `channels`) are
+/// Writes layers of equal size, in parallel on the current rayon pool. Attribute names of the format itself (such as `channels`) are
 /// refused, as are channel names that occur twice.
 pub fn write_exr(
     w: &mut impl Write,
@@ -88,13 +89,21 @@ pub fn write_exr(
     let (width, height) = (channels[0].image.width, channels[0].image.height);
     let mut head = header(&channels, metadata)?;
     let mut offset = (head.len() + 8 * height.div_ceil(LINES_PER_CHUNK)) as u64;
+    // Compression takes nearly all the time, and chunks know nothing of each other.
+    let compressed: Vec<Result<Vec<u8>, WriteError>> = (0..height.div_ceil(LINES_PER_CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let first = chunk * LINES_PER_CHUNK;
+            let rows = first..height.min(first + LINES_PER_CHUNK);
+            compress(&raw_lines(&channels, width, rows))
+        })
+        .collect();
     let mut chunks = Vec::new();
-    for first in (0..height).step_by(LINES_PER_CHUNK) {
-        let rows = first..height.min(first + LINES_PER_CHUNK);
-        let data = compress(&raw_lines(&channels, width, rows))?;
+    for (chunk, data) in compressed.into_iter().enumerate() {
+        let data = data?;
         head.extend(offset.to_le_bytes());
         offset += 8 + data.len() as u64;
-        chunks.push((first as i32, data));
+        chunks.push(((chunk * LINES_PER_CHUNK) as i32, data));
     }
     w.write_all(&head)?;
     for (y, data) in chunks {

@@ -60,9 +60,13 @@ pub trait Observer: Sync {
     fn is_cancelled(&self) -> bool;
     /// Called after every tile and every round.
     fn progress(&self, progress: &Progress);
-    /// Called after every round, and after an interrupted one, from one thread: the moment to
-    /// write a checkpoint.
+    /// Called after every round, after an interrupted one, and when it is due, from one thread:
+    /// the moment to write a checkpoint.
     fn checkpoint(&self, state: &RenderState);
+    /// Whether the round should pause for a checkpoint. Asked after every tile.
+    fn is_checkpoint_due(&self) -> bool {
+        false
+    }
 }
 
 /// Why a render ended.

@@ -2,7 +2,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::tile::TileRenderer;
+use super::tile::{TileRenderer, TileWork};
 use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
 use crate::film::Picture;
 use crate::sampler::SamplerTable;
@@ -31,13 +31,26 @@ struct Round<'a> {
     /// Samples and rays so far.
     samples: AtomicU64,
     rays: AtomicU64,
-    /// Set when the time is over.
-    stop: AtomicBool,
+    /// Set when the threads should come together: the time is over, or a checkpoint is due.
+    pause: AtomicBool,
 }
 
 impl Round<'_> {
     fn is_out_of_time(&self) -> bool {
         self.settings.max_seconds.is_some_and(|s| self.observer.elapsed().as_secs_f64() >= s)
+    }
+
+    /// Counts the work on a tile of a round that began at `spp`, and asks for a pause where one is
+    /// needed.
+    fn finish_tile(&self, work: TileWork, spp: u32) {
+        self.samples.fetch_add(work.samples, Ordering::Relaxed);
+        self.rays.fetch_add(work.rays, Ordering::Relaxed);
+        // The first round is always finished, however short the time: every pixel has a sample.
+        // Tiles that were finished before the last pause ask for no other: work must go on.
+        let is_over = spp > 0 && self.is_out_of_time();
+        if is_over || (work.samples > 0 && self.observer.is_checkpoint_due()) {
+            self.pause.store(true, Ordering::Relaxed);
+        }
     }
 
     fn report(&self, spp: u32, error: Option<f32>) {
@@ -71,25 +84,32 @@ pub(super) fn run(
         pixels: u64::from(state.film.crop.width) * u64::from(state.film.crop.height),
         samples: AtomicU64::new(samples),
         rays: AtomicU64::new(0),
-        stop: AtomicBool::new(false),
+        pause: AtomicBool::new(false),
     };
-    let mut error = state.film.relative_error();
+    // In the middle of a round nothing is decided by the error, here as in the loop below:
+    // a continued render stops where it would have stopped.
+    let is_between_rounds = samples == u64::from(spp) * round.pixels;
+    let mut error = if is_between_rounds { state.film.relative_error() } else { f32::INFINITY };
     let stop = loop {
         if let Some(reason) = stop_reason(&round, spp, error) {
             break reason;
         }
         let end = round_end(spp, round.limit);
         let samples = SamplerTable::new(&sensor.sampler, spp, end);
-        state.film.tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
-            let work = renderer.render(tile, end, &samples, observer, &round.stop);
-            round.samples.fetch_add(work.samples, Ordering::Relaxed);
-            round.rays.fetch_add(work.rays, Ordering::Relaxed);
-            if spp > 0 && round.is_out_of_time() {
-                // The first round is always finished: every pixel has a sample.
-                round.stop.store(true, Ordering::Relaxed);
+        loop {
+            state.film.tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
+                let work = renderer.render(tile, end, &samples, observer, &round.pause);
+                round.finish_tile(work, spp);
+                round.report(spp, finite(error));
+            });
+            // The pause ends the round only with the time: when to stop for other reasons must
+            // not depend on when somebody wanted a checkpoint.
+            let paused = round.pause.swap(false, Ordering::Relaxed);
+            if !paused || observer.is_cancelled() || round.is_out_of_time() {
+                break;
             }
-            round.report(spp, finite(error));
-        });
+            observer.checkpoint(&state);
+        }
         spp = state.film.sample_counts().0;
         error = state.film.relative_error();
         round.report(spp, finite(error));
@@ -117,7 +137,7 @@ fn stop_reason(round: &Round, spp: u32, error: f32) -> Option<StopReason> {
         Some(StopReason::Samples)
     } else if round.settings.target_error.is_some_and(|target| error <= target) {
         Some(StopReason::Error)
-    } else if spp > 0 && (round.stop.load(Ordering::Relaxed) || round.is_out_of_time()) {
+    } else if spp > 0 && round.is_out_of_time() {
         Some(StopReason::Time)
     } else {
         None

@@ -91,6 +91,48 @@ fn interruptions_do_not_matter() {
     assert_eq!(more.state.to_bytes(), whole.state.to_bytes());
 }
 
+/// Wants a checkpoint after every third tile, and keeps them all.
+#[derive(Default)]
+struct Restless {
+    tiles: AtomicU64,
+    states: std::sync::Mutex<Vec<Vec<u8>>>,
+}
+
+impl Observer for Restless {
+    fn elapsed(&self) -> Duration {
+        Duration::ZERO
+    }
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+    fn progress(&self, _: &Progress) {}
+    fn checkpoint(&self, state: &RenderState) {
+        self.states.lock().unwrap().push(state.to_bytes());
+    }
+    fn is_checkpoint_due(&self) -> bool {
+        self.tiles.fetch_add(1, Ordering::Relaxed) % 3 == 2
+    }
+}
+
+/// A checkpoint may be taken at any moment; neither the picture nor when it is done changes.
+#[test]
+fn pauses_do_not_matter() {
+    let scene = scene();
+    let settings = RenderSettings { target_error: Some(0.2), ..spp(64) };
+    let whole = render(&scene, 0, &settings, None, &Quiet::new()).unwrap();
+    let observer = Restless::default();
+    let paused = on_threads(2, || render(&scene, 0, &settings, None, &observer).unwrap());
+    assert_eq!(paused.state.to_bytes(), whole.state.to_bytes());
+    assert_eq!((paused.stop, paused.rays), (whole.stop, whole.rays));
+    let states = observer.states.into_inner().unwrap();
+    assert!(states.len() > 8, "{} states", states.len());
+    for bytes in states.iter().step_by(3) {
+        let state = RenderState::from_bytes(bytes).unwrap();
+        let rest = render(&scene, 0, &settings, Some(state), &Quiet::new()).unwrap();
+        assert_eq!(rest.state.to_bytes(), whole.state.to_bytes());
+    }
+}
+
 #[test]
 fn layers_sum_to_the_beauty() {
     let mut scene = scene();
