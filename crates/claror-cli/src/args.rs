@@ -62,7 +62,7 @@ pub(crate) struct SceneArgs {
     /// Scene file, in the XML format of Mitsuba 3
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scene: PathBuf,
-    /// Set a parameter of the scene file: replaces its <default> and stands for $NAME
+    /// Set a parameter of the scene file: replaces its "default" element and stands for $NAME
     #[arg(
         short = 'D',
         long = "define",
