@@ -181,6 +181,11 @@ impl InfiniteLights {
         self.guide = guide.map(Box::new);
     }
 
+    /// Whether a guide was learned.
+    pub(super) fn is_guided(&self) -> bool {
+        self.guide.is_some()
+    }
+
     /// The guide, and the normal to ask it with, where it knows the reference.
     fn guide_at(&self, at: &LightReference) -> Option<(&EnvironmentGuide, Vec3)> {
         let (guide, n) = (self.guide.as_deref()?, at.n?);

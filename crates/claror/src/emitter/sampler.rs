@@ -109,6 +109,12 @@ impl LightSampler {
         self.flat.lights.len() + self.infinite.count()
     }
 
+    /// Whether `u_select` of [`LightSampler::sample`] matters. One light alone needs no choice,
+    /// unless there is more than one way to sample it.
+    pub fn needs_choice(&self) -> bool {
+        self.light_count() > 1 || self.infinite.is_guided()
+    }
+
     /// Power of all lights at finite places (W), about; mean of the channels.
     pub fn power(&self, tables: &SceneTables) -> f32 {
         self.flat.lights.iter().map(|l| l.power(tables)).sum()

@@ -162,7 +162,7 @@ impl Walk<'_> {
         reference: &LightReference,
         sampler: &mut Sampler,
     ) {
-        let u_select = if self.scene.lights.light_count() > 1 { sampler.next_1d() } else { 0.0 };
+        let u_select = if self.scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
         sampler.set_dimension(self.vertex_dimension() + 1);
         let u = sampler.next_2d();
         let Some(light) = sample_light(self.scene, reference, bsdf, u_select, u) else {
