@@ -1,0 +1,38 @@
+//! Irradiance caching: records of irradiance on surfaces, and interpolation between them.
+//!
+//! The mathematics alone: what a record follows from is a [`Hemisphere`] of samples that somebody
+//! else took, and nothing here knows a scene. Everything is flat, deterministic to the bit and
+//! free of absolute lengths. Local frames have z along the record's normal.
+//!
+//! Ward, Rubinstein and Clear 1988: A ray tracing solution for diffuse interreflection; Ward and
+//! Heckbert 1992: Irradiance gradients; Tabellion and Lamorlette 2004: An approximate global
+//! illumination system for computer generated films; Křivánek et al. 2006: Making radiance and
+//! irradiance caching practical; Schwarzhaupt, Jensen and Jarosz 2012: Practical Hessian-based
+//! error control for irradiance caching.
+
+mod criterion;
+mod hemisphere;
+mod index;
+mod kernel;
+mod lookup;
+mod mesh;
+mod polar;
+mod record;
+mod rotational;
+#[cfg(test)]
+mod tests;
+
+pub use criterion::{
+    CreviceRule, Criterion, Estimates, Radii, RadiusBounds, RadiusSettings, clamped_by_neighbour,
+    eigenvalues, radii, ward_angle,
+};
+pub use hemisphere::{Cell, Grid, Hemisphere};
+pub use index::{Bvh, Index, LeafOctree, Octree};
+pub use kernel::{LookupSettings, Query, Reach, Weight, weight};
+pub use lookup::{Interpolated, lookup};
+pub use mesh::{
+    Derivatives, MeshRule, MeshSettings, MeshTopology, luminance_gradient, mesh_derivatives,
+};
+pub use polar::ward_heckbert_gradient;
+pub use record::Record;
+pub use rotational::{angular_support, rotational_curvature, rotational_gradient};

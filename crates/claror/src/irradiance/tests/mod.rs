@@ -1,0 +1,5 @@
+//! Tests against closed forms and finite differences in scenes whose irradiance is known exactly.
+
+mod gradients;
+mod hemispheres;
+mod scene;
