@@ -87,7 +87,9 @@ pub fn mesh_derivatives(
     let hits: Vec<Hit> = hemisphere.cells.iter().map(|c| hit(c, settings.far)).collect();
     let radiance = radiance(hemisphere, settings);
     let mut mesh = Mesh { topology, hits, radiance, sum: Sum::default() };
-    let (splits, faces) = mesh.faces(settings.rule);
+    let splits = mesh.splits(settings.rule);
+    mesh.smooth_behind_edges(&splits);
+    let faces = mesh.faces(settings.rule, &splits);
     mesh.add_edges(&splits, &faces);
     mesh.add_insides(&splits, &faces);
     mesh.add_rim(&splits, &faces);
@@ -149,6 +151,8 @@ struct Splits {
 }
 
 const WHOLE: u32 = u32::MAX;
+/// Lines meet at one point when their distances differ by no more than this factor.
+const ONE_PLACE: f64 = 1.5;
 
 impl Splits {
     fn get(&self, edge: usize) -> Option<&Split> {
@@ -157,7 +161,7 @@ impl Splits {
 }
 
 impl Mesh<'_> {
-    fn faces(&self, rule: MeshRule) -> (Splits, Vec<Face>) {
+    fn splits(&self, rule: MeshRule) -> Splits {
         let edges = &self.topology.edges;
         let mut splits = Splits { of_edge: vec![WHOLE; edges.len()], splits: Vec::new() };
         if rule == MeshRule::Surfaces {
@@ -169,6 +173,45 @@ impl Mesh<'_> {
                 }
             }
         }
+        splits
+    }
+
+    /// Radiance just behind the edge of an occluder counts more than any other, since the edge
+    /// moves faster than what is behind: there it is averaged with neighbours on the same surface,
+    /// against noise.
+    fn smooth_behind_edges(&mut self, splits: &Splits) {
+        if splits.splits.is_empty() {
+            return;
+        }
+        let mut behind = vec![false; self.hits.len()];
+        for (index, edge) in self.topology.edges.iter().enumerate() {
+            if let Some(split) = splits.get(index) {
+                let (a, b) = (split.on_a.length_squared(), split.on_b.length_squared());
+                behind[edge.a as usize] |= a > b;
+                behind[edge.b as usize] |= b > a;
+            }
+        }
+        let mut sums: Vec<(Radiance, f64)> = self.radiance.iter().map(|&l| (l, 1.0)).collect();
+        for (index, edge) in self.topology.edges.iter().enumerate() {
+            if splits.get(index).is_none() {
+                for (at, other) in [(edge.a, edge.b), (edge.b, edge.a)] {
+                    if behind[at as usize] {
+                        let (sum, count) = &mut sums[at as usize];
+                        *sum = combine(*sum, self.radiance[other as usize], |s, l| s + l);
+                        *count += 1.0;
+                    }
+                }
+            }
+        }
+        for (k, (sum, count)) in sums.into_iter().enumerate() {
+            if behind[k] {
+                self.radiance[k] = sum.map(|s| s / count);
+            }
+        }
+    }
+
+    fn faces(&self, rule: MeshRule, splits: &Splits) -> Vec<Face> {
+        let edges = &self.topology.edges;
         let triangles = self.topology.triangles.iter().zip(&self.topology.triangle_edges);
         let mut faces: Vec<Face> = triangles
             .map(|(corners, edges)| {
@@ -179,7 +222,7 @@ impl Mesh<'_> {
         for (k, edge) in edges.iter().enumerate().skip(self.topology.interior) {
             faces.push(self.strip(rule, edge.a, edge.b, splits.get(k).is_some()));
         }
-        (splits, faces)
+        faces
     }
 
     fn triangle(&self, rule: MeshRule, corners: [u32; 3], divided: [bool; 3]) -> Face {
@@ -244,7 +287,11 @@ impl Mesh<'_> {
                     self.sum.add(middle, b, at_b);
                 }
                 Some(split) => {
+                    // Where one surface is behind the other, also the way from one to the other.
+                    let near = split.near();
                     self.sum.add(a, split.on_a, at_a);
+                    self.sum.add(split.on_a, near, at_a);
+                    self.sum.add(near, split.on_b, at_b);
                     self.sum.add(split.on_b, b, at_b);
                 }
             }
@@ -265,10 +312,13 @@ impl Mesh<'_> {
                 [Some(q), None, Some(p)] => self.line(p, q, face[1], face[0]),
                 [Some(p), Some(q), None] => self.line(p, q, face[2], face[1]),
                 [Some(p), Some(q), Some(r)] => {
-                    let centre = (p + q + r) / 3.0;
-                    self.line(p, centre, face[0], face[1]);
-                    self.line(q, centre, face[1], face[2]);
-                    self.line(r, centre, face[2], face[0]);
+                    let points = [p, q, r];
+                    let (centre, ends) = meeting(points);
+                    for k in 0..3 {
+                        let (left, right) = (face[k], face[(k + 1) % 3]);
+                        self.line(points[k], ends[k], left, right);
+                        self.line(ends[k], centre, left, right);
+                    }
                 }
                 _ => {}
             }
@@ -295,11 +345,25 @@ impl Mesh<'_> {
                     let near = split.near();
                     self.line(ground(near), near, face[0], face[1]);
                     self.sum.add(ground(a), ground(split.on_a), face[0]);
+                    self.sum.add(ground(split.on_a), ground(near), face[0]);
+                    self.sum.add(ground(near), ground(split.on_b), face[1]);
                     self.sum.add(ground(split.on_b), ground(b), face[1]);
                 }
             }
         }
     }
+}
+
+/// Where the lines from points on the three edges of a triangle meet, and the end of each: the same
+/// point, or for lines on a surface behind the others, what is behind that point.
+fn meeting(points: [DVec3; 3]) -> (DVec3, [DVec3; 3]) {
+    let lengths = points.map(DVec3::length);
+    let limit = ONE_PLACE * lengths.into_iter().fold(f64::INFINITY, f64::min);
+    let near = points.iter().zip(lengths).filter(|(_, length)| *length <= limit);
+    let (sum, count) = near.fold((DVec3::ZERO, 0.0), |(sum, n), (&p, _)| (sum + p, n + 1.0));
+    let centre = sum / count;
+    let direction = centre.normalize_or_zero();
+    (centre, lengths.map(|l| if l <= limit { centre } else { l * direction }))
 }
 
 fn mean(a: Radiance, b: Radiance, share: f64) -> Radiance {

@@ -22,19 +22,40 @@ fn room_with_plate() -> Scene {
 
 #[test]
 fn print_table() {
-    let cases: [(&str, Scene, [f64; 3]); 6] = [
+    let mut textured = room();
+    for quad in &mut textured.quads {
+        quad.slope = 1.0;
+    }
+    let sphere = Scene {
+        spheres: vec![super::scene::Sphere {
+            centre: crate::math::DVec3::new(0.3, 0.2, 1.0),
+            radius: 0.4,
+            radiance: 1.0,
+        }],
+        ..Scene::default()
+    };
+    let mut small = sphere.clone();
+    small.spheres[0].radius = 0.15;
+    let cases = [
+        ("textured", textured.clone(), [1.3, 1.1, 0.0]),
+        ("textured .3", textured, [0.3, 1.1, 0.0]),
+        ("sphere", sphere, [0.0, 0.0, 0.0]),
+        ("small sphere", small, [0.0, 0.0, 0.0]),
         ("plate", room_with_plate(), [2.0, 1.4, 0.0]),
-        ("beside plate", room_with_plate(), [2.9, 1.0, 0.0]),
+        ("beside plate", room_with_plate(), [2.9, 0.9, 0.0]),
         ("middle", room(), [1.3, 1.1, 0.0]),
         (".2 m", room(), [0.2, 1.9, 0.0]),
         ("corner", room(), [0.3, 0.25, 0.0]),
         (".05 m", room(), [0.05, 1.4, 0.0]),
     ];
-    for (name, scene, x) in cases {
+    for (name, scene, x, noise) in
+        cases.into_iter().flat_map(|(n, s, x)| [(n, s.clone(), x, 0.0_f32), (n, s, x, 1.0)])
+    {
+        println!("noise {noise}");
         let (g, h) = differences(|x| scene.irradiance(x, 5), x, 1e-3);
         println!("{name}: E {:.4} g {g:.3?} h {h:.3?}", scene.irradiance(x, 5));
         for rule in [MeshRule::Farthest, MeshRule::Average, MeshRule::Surfaces] {
-            for n in [16, 24, 32, 64] {
+            for n in [16, 24, 32, 64, 128] {
                 let topology = MeshTopology::new(n);
                 let mut rng = TestRng::new(1);
                 let (mut mg, mut mh) = ([0.0; 2], [0.0; 3]);
@@ -42,7 +63,10 @@ fn print_table() {
                 let runs = 64;
                 let y = f64::from(Rgb::new(1.0, 0.5, 2.0).luminance());
                 for _ in 0..runs {
-                    let s = scene.hemisphere(x, Grid::Concentric { n }, &mut rng);
+                    let mut s = scene.hemisphere(x, Grid::Concentric { n }, &mut rng);
+                    for c in &mut s.cells {
+                        c.radiance *= if rng.next_f32() < 0.5 { 1.0 - noise } else { 1.0 + noise };
+                    }
                     let settings = MeshSettings { rule, ..MeshSettings::new(100.0) };
                     let d = mesh_derivatives(&s, &topology, &settings).expect("same grid");
                     for k in 0..2 {
@@ -66,7 +90,10 @@ fn print_table() {
         let mut rng = TestRng::new(1);
         let (mut mg, mut eg) = ([0.0; 2], 0.0);
         for _ in 0..64 {
-            let s = scene.hemisphere(x, Grid::Polar { m: 14, n: 42 }, &mut rng);
+            let mut s = scene.hemisphere(x, Grid::Polar { m: 14, n: 42 }, &mut rng);
+            for c in &mut s.cells {
+                c.radiance *= if rng.next_f32() < 0.5 { 1.0 - noise } else { 1.0 + noise };
+            }
             let d = ward_heckbert_gradient(&s).expect("polar")[0];
             for k in 0..2 {
                 mg[k] += f64::from(d[k]) / 64.0;

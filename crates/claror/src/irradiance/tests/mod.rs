@@ -2,4 +2,4 @@
 
 mod gradients;
 mod hemispheres;
-mod scene;
+pub(crate) mod scene;

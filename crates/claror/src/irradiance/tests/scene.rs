@@ -2,7 +2,7 @@
 //! formula for the exact irradiance of such scenes.
 
 use crate::irradiance::{Cell, Grid, Hemisphere};
-use crate::math::statistics::TestRng;
+use crate::math::statistics::{TestRng, gauss_legendre};
 use crate::math::{DVec3, Vec2};
 use crate::spectrum::Rgb;
 
@@ -49,6 +49,23 @@ impl Quad {
         let (s, r) = (s / n.length_squared(), r / n.length_squared());
         let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&r);
         inside.then(|| (t, n.normalize(), self.radiance + self.slope * s))
+    }
+
+    /// Irradiance at `x` with normal +z, wholly visible, by quadrature.
+    fn integral(&self, x: DVec3) -> f64 {
+        let n = self.u.cross(self.v);
+        let rule = gauss_legendre(96);
+        let mut sum = 0.0;
+        for &(s, ws) in &rule {
+            for &(t, wt) in &rule {
+                // The rule is that of [-1, 1].
+                let (s, t) = (0.5 + 0.5 * s, 0.5 + 0.5 * t);
+                let r = self.corner + s * self.u + t * self.v - x;
+                let kernel = r.z.max(0.0) * n.dot(r).abs() / r.length_squared().powi(2);
+                sum += 0.25 * ws * wt * kernel * (self.radiance + self.slope * s);
+            }
+        }
+        sum
     }
 
     /// Corners relative to `x`, counter-clockwise about z as projected to the tangent plane.
@@ -130,12 +147,22 @@ impl Scene {
         for (k, quad) in self.quads.iter().enumerate() {
             let seen = clip(quad.corners(x), DVec3::Z);
             let mut f = form_factor(&seen);
+            if quad.slope != 0.0 {
+                sum += quad.integral(x);
+                continue;
+            }
             if k < occluders {
                 for occluder in &self.quads[occluders..] {
                     f -= form_factor(&behind(seen.clone(), &occluder.corners(x)));
                 }
             }
             sum += std::f64::consts::PI * quad.radiance * f;
+        }
+        for s in &self.spheres {
+            // Wholly above the horizon, hiding nothing that shines.
+            let v = s.centre - x;
+            sum +=
+                std::f64::consts::PI * s.radiance * s.radius * s.radius * v.z / v.length().powi(3);
         }
         sum
     }
