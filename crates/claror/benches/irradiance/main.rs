@@ -8,8 +8,8 @@
 mod clock;
 
 use claror::irradiance::{
-    Cell, Criterion, Grid, Hemisphere, Index, LookupSettings, MeshRule, MeshSettings, MeshTopology,
-    Query, RadiusSettings, Record, lookup, mesh_derivatives, rotational_curvature,
+    Bvh, Cell, Criterion, Grid, Hemisphere, Index, LookupSettings, MeshRule, MeshSettings,
+    MeshTopology, Query, RadiusSettings, Record, lookup, mesh_derivatives, rotational_curvature,
     rotational_gradient, ward_heckbert_gradient,
 };
 use claror::math::statistics::TestRng;
@@ -55,7 +55,7 @@ fn wall_point(rng: &mut TestRng) -> Query {
 /// near the edges, such that a point has the same number of them whatever their number is.
 fn cache(count: usize) -> Vec<Record> {
     let mut rng = TestRng::new(1);
-    let scale = 1.6 / (count as f32).sqrt();
+    let scale = 1.0 / (count as f32).sqrt();
     let mut record = || {
         let Query { p, n_smooth: normal, .. } = wall_point(&mut rng);
         let radius = scale * (1.0 + 7.0 * rng.next_f32().powi(4));
@@ -87,16 +87,20 @@ fn look_ups(count: usize) {
     let indices = [
         ("all", Index::all()),
         ("octree", Index::octree(bounds, settings.reach())),
-        ("frozen", Index::frozen(&[], settings.reach())),
+        ("bvh", Index::all()),
+        ("frozen", Index::all()),
     ];
     for (name, mut index) in indices {
         let queries = if name == "all" { &queries[..FEW] } else { &queries[..] };
-        let (build, ()) = Clock::new().time(|| {
-            if name == "frozen" {
-                index = Index::frozen(&records, settings.reach());
-            } else {
-                for (k, record) in records.iter().enumerate() {
-                    index.insert(k as u32, record);
+        if name == "all" && count > 10_000 {
+            continue;
+        }
+        let (build, ()) = Clock::new().time(|| match name {
+            "frozen" => index = Index::frozen(&records, settings.reach()),
+            "bvh" => index = Index::Bvh(Bvh::new(&records, settings.reach())),
+            _ => {
+                for (record, k) in records.iter().zip(0..) {
+                    index.insert(k, record);
                 }
             }
         });

@@ -27,7 +27,7 @@ pub use criterion::{
     eigenvalues, radii, ward_angle,
 };
 pub use hemisphere::{Cell, Grid, Hemisphere};
-pub use index::{Bvh, Index, LeafOctree, Octree};
+pub use index::{Bvh, Cells, Index, LeafOctree, Octree};
 pub use kernel::{LookupSettings, Query, Reach, Weight, weight};
 pub use lookup::{Interpolated, lookup};
 pub use mesh::{

@@ -5,30 +5,48 @@ use std::f64::consts::PI;
 use super::hemisphere::{Grid, Hemisphere};
 use crate::math::{DVec2, Vec2};
 
-/// Tangents of polar angles are clamped here: the horizon has little light, but much variance.
-const MAX_TANGENT: f64 = 11.430_052_302_761_343; // tan 85°
-
 /// Rotational gradient per channel, tangential and local, W·m⁻²·rad⁻¹ (Ward and Heckbert 1992).
 ///
 /// Irradiance for the unit normal n near the record's nᵢ is `E + (nᵢ × n) · gradient`: a normal
-/// that turns towards the light sees more of it.
+/// that turns towards the light sees more of it. The weight, the tangent of the polar angle, is
+/// averaged over each cell: at the sample itself it is unbounded, and much noisier.
 pub fn rotational_gradient(hemisphere: &Hemisphere) -> [Vec2; 3] {
     let mut sum = [DVec2::ZERO; 3];
-    for cell in &hemisphere.cells {
-        let d = cell.direction.as_dvec3();
-        let sine = d.x.hypot(d.y);
-        if sine == 0.0 {
-            continue;
-        }
-        let tangent = if d.z > 0.0 { (sine / d.z).min(MAX_TANGENT) } else { MAX_TANGENT };
-        // The unit vector a quarter turn ahead of the azimuth.
-        let ahead = DVec2::new(-d.y, d.x) / sine * tangent;
+    for (k, cell) in hemisphere.cells.iter().enumerate() {
+        let azimuth = cell.direction.truncate().as_dvec2().normalize_or_zero();
+        // A quarter turn ahead of the azimuth.
+        let ahead = azimuth.perp() * mean_tangent(hemisphere.grid, k as u32);
         for (sum, l) in sum.iter_mut().zip(cell.radiance.to_array()) {
             *sum += f64::from(l) * ahead;
         }
     }
     let scale = PI / hemisphere.cells.len() as f64;
     sum.map(|sum| (scale * sum).as_vec2())
+}
+
+/// Mean of the tangent of the polar angle over the cell of this index.
+fn mean_tangent(grid: Grid, index: u32) -> f64 {
+    let (columns, _) = grid.size();
+    let (i, j) = (index % columns, index / columns);
+    match grid {
+        Grid::Polar { m, .. } => {
+            // s = sin²θ is uniform in the ring.
+            let integral = |j: u32| {
+                let s = f64::from(j) / f64::from(m);
+                s.sqrt().asin() - (s * (1.0 - s)).sqrt()
+            };
+            f64::from(m) * (integral(j + 1) - integral(j))
+        }
+        Grid::Concentric { n } => {
+            // sin θ is the larger coordinate in the square, and uniform in the cell.
+            let steps = |i: u32| (2 * i + 1).abs_diff(n);
+            let middle = f64::from(steps(i).max(steps(j)));
+            let (from, to) =
+                ((middle - 1.0).max(0.0) / f64::from(n), (middle + 1.0) / f64::from(n));
+            let cosine = |sine: f64| (1.0 - sine * sine).max(0.0).sqrt();
+            (cosine(from) - cosine(to)) / (to - from)
+        }
+    }
 }
 
 /// Largest absolute second derivative of irradiance by the angle of turning, over all axes,

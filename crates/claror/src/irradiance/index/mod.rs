@@ -1,10 +1,12 @@
 //! Which records may reach a point.
 
-mod frozen;
+mod bvh;
+mod cells;
 mod leaf;
 mod octree;
 
-pub use frozen::Bvh;
+pub use bvh::Bvh;
+pub use cells::Cells;
 pub use leaf::LeafOctree;
 pub use octree::Octree;
 
@@ -22,8 +24,10 @@ pub enum Index {
     Octree(Octree),
     /// Forgets records across the faces of its cells: the mistake of simple caches.
     Leaves(LeafOctree),
-    /// Fastest, for a finished cache.
-    Frozen(Bvh),
+    /// For a finished cache: fastest.
+    Cells(Cells),
+    /// For a finished cache: smallest.
+    Bvh(Bvh),
 }
 
 impl Index {
@@ -44,7 +48,7 @@ impl Index {
 
     /// The fastest one for all these records.
     pub fn frozen(records: &[Record], reach: Reach) -> Self {
-        Self::Frozen(Bvh::new(records, reach))
+        Self::Cells(Cells::new(records, reach))
     }
 
     /// Adds a record, whose number is `index`. False when that is not possible any more.
@@ -53,7 +57,7 @@ impl Index {
             Self::All(count) => *count = (*count).max(index + 1),
             Self::Octree(octree) => octree.insert(index, record),
             Self::Leaves(octree) => octree.insert(index, record.position),
-            Self::Frozen(_) => return false,
+            Self::Cells(_) | Self::Bvh(_) => return false,
         }
         true
     }
@@ -65,7 +69,8 @@ impl Index {
             Self::All(count) => (0..*count).for_each(f),
             Self::Octree(octree) => octree.for_candidates(p, f),
             Self::Leaves(octree) => octree.for_candidates(p, f),
-            Self::Frozen(bvh) => bvh.for_candidates(p, f),
+            Self::Cells(cells) => cells.for_candidates(p, f),
+            Self::Bvh(bvh) => bvh.for_candidates(p, f),
         }
     }
 }

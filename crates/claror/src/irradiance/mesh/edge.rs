@@ -9,6 +9,13 @@ const GAUSS: [(f64, f64); 4] = [
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
+/// Three points, for edges no longer than `SHORT` times their distance: 10⁻⁷.
+const GAUSS_SHORT: [(f64, f64); 3] = [
+    (0.112_701_665_379_258_31, 0.277_777_777_777_777_8),
+    (0.5, 0.444_444_444_444_444_4),
+    (0.887_298_334_620_741_7, 0.277_777_777_777_777_8),
+];
+const SHORT: f64 = 0.25;
 /// A panel of the quadrature is at most this much longer than its distance from the receiver:
 /// the integrands' poles stay so far away that the rule errs by less than 10⁻⁶, relatively.
 const PANEL: f64 = 0.45;
@@ -39,8 +46,11 @@ pub(super) fn derivatives(a: DVec3, b: DVec3) -> EdgeDerivatives {
         return EdgeDerivatives::default();
     }
     let mut integrals = Integrals::default();
-    if length2 <= PANEL * PANEL * a2.min(b2) {
-        integrals.add_panel(a, e, 0.0, 1.0);
+    let nearest2 = a2.min(b2);
+    if length2 <= SHORT * SHORT * nearest2 {
+        integrals.add_panel(a, e, 0.0, 1.0, GAUSS_SHORT);
+    } else if length2 <= PANEL * PANEL * nearest2 {
+        integrals.add_panel(a, e, 0.0, 1.0, GAUSS);
     } else {
         integrals.add_long(a, e, length2);
     }
@@ -58,9 +68,16 @@ struct Integrals {
 
 impl Integrals {
     #[inline(always)]
-    fn add_panel(&mut self, a: DVec3, e: DVec3, from: f64, to: f64) {
+    fn add_panel<const N: usize>(
+        &mut self,
+        a: DVec3,
+        e: DVec3,
+        from: f64,
+        to: f64,
+        rule: [(f64, f64); N],
+    ) {
         let width = to - from;
-        for (x, weight) in GAUSS {
+        for (x, weight) in rule {
             let r = a + (from + width * x) * e;
             let q = 1.0 / r.length_squared();
             let w = width * weight * q;
@@ -91,7 +108,7 @@ impl Integrals {
                 let reach = step * (a + t * e).length();
                 let last = panel + 1 == MAX_PANELS || (end - t).abs() <= reach;
                 let next = if last { end } else { t + reach.copysign(end - t) };
-                self.add_panel(a, e, t.min(next), t.max(next));
+                self.add_panel(a, e, t.min(next), t.max(next), GAUSS);
                 t = next;
             }
         }

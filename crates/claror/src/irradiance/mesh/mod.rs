@@ -257,25 +257,15 @@ impl Mesh<'_> {
         }
     }
 
-    /// Radiance of the face near the corner `at`.
-    fn near(&self, faces: &[Face], face: u32, at: u32) -> Radiance {
-        let values = &faces[face as usize];
-        let Some(corners) = self.topology.triangles.get(face as usize) else {
-            let k = face as usize - self.topology.triangles.len() + self.topology.interior;
-            return if self.topology.edges[k].a == at { values[0] } else { values[1] };
-        };
-        let k = corners.iter().position(|&c| c == at).unwrap_or(0);
-        values[k]
-    }
-
     /// The edges between hit points, with the difference of what lies on both sides.
     fn add_edges(&mut self, splits: &Splits, faces: &[Face]) {
         for (index, edge) in self.topology.edges.iter().enumerate() {
-            let difference = |at: u32| {
-                let (l, r) = (self.near(faces, edge.left, at), self.near(faces, edge.right, at));
-                combine(l, r, |l, r| l - r)
+            let [left, right] = edge.corners;
+            let difference = |end: usize| {
+                let near = |corner: u32| faces[corner as usize / 3][corner as usize % 3];
+                combine(near(left[end]), near(right[end]), |l, r| l - r)
             };
-            let (at_a, at_b) = (difference(edge.a), difference(edge.b));
+            let (at_a, at_b) = (difference(0), difference(1));
             let a = self.hits[edge.a as usize].position;
             let b = self.hits[edge.b as usize].position;
             match splits.get(index) {

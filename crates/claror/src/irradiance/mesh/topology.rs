@@ -15,6 +15,9 @@ pub(super) struct Edge {
     /// The triangle that runs from `b` to `a`; from the number of triangles on, the strip between
     /// this edge and the tangent plane.
     pub(super) right: u32,
+    /// Where `a` and `b` are among the corners of all faces, three for each: in the left face, and
+    /// in the right one. A strip has its edge's start and end as the first two.
+    pub(super) corners: [[u32; 2]; 2],
 }
 
 /// The triangulation of an `n × n` concentric grid. Build it once per `n` and share it.
@@ -47,17 +50,17 @@ impl MeshTopology {
         let (mut edges, interior) = edges(n, &triangles);
         let mut triangle_edges = vec![[0; 3]; triangles.len()];
         for (index, edge) in edges.iter_mut().enumerate() {
-            let mut note = |face: u32, from: u32| {
-                if let Some(corners) = triangles.get(face as usize) {
-                    for k in 0..3 {
-                        if corners[k] == from {
-                            triangle_edges[face as usize][k] = index as u32;
-                        }
-                    }
-                }
-            };
-            note(edge.left, edge.a);
-            note(edge.right, edge.b);
+            edge.corners = [edge.left, edge.right].map(|face| {
+                let Some(corners) = triangles.get(face as usize) else {
+                    return [3 * face, 3 * face + 1];
+                };
+                let find = |v: u32| corners.iter().position(|&c| c == v).unwrap_or(0);
+                let (a, b) = (find(edge.a), find(edge.b));
+                // Edge k runs between the corners k and k + 1.
+                let k = if (a + 1) % 3 == b { a } else { b };
+                triangle_edges[face as usize][k] = index as u32;
+                [3 * face + a as u32, 3 * face + b as u32]
+            });
         }
         Self { n, triangles, triangle_edges, edges, interior }
     }
@@ -87,7 +90,7 @@ fn edges(n: u32, triangles: &[[u32; 3]]) -> (Vec<Edge>, usize) {
         match half_edges.get(k + 1) {
             Some(&(l, h, other, _)) if (l, h) == (low, high) => {
                 let (left, right) = if forward { (face, other) } else { (other, face) };
-                interior.push(Edge { a: low, b: high, left, right });
+                interior.push(Edge { a: low, b: high, left, right, corners: [[0; 2]; 2] });
                 k += 2;
             }
             _ => {
@@ -103,7 +106,7 @@ fn edges(n: u32, triangles: &[[u32; 3]]) -> (Vec<Edge>, usize) {
     for (k, &a) in rim.iter().enumerate() {
         let b = rim[(k + 1) % rim.len()];
         let right = (triangles.len() + k) as u32;
-        interior.push(Edge { a, b, left: left_of[a as usize], right });
+        interior.push(Edge { a, b, left: left_of[a as usize], right, corners: [[0; 2]; 2] });
     }
     (interior, count)
 }

@@ -2,7 +2,7 @@
 
 use super::lookups::record;
 use crate::irradiance::{
-    Criterion, Index, LookupSettings, Query, RadiusSettings, Record, lookup, weight,
+    Bvh, Criterion, Index, LookupSettings, Query, RadiusSettings, Record, lookup, weight,
 };
 use crate::math::statistics::TestRng;
 use crate::math::{Bounds3, Frame, Vec3, warp};
@@ -76,14 +76,15 @@ fn queries(records: &[Record], count: usize, rng: &mut TestRng) -> Vec<Query> {
     queries
 }
 
-fn indices(records: &[Record], settings: &LookupSettings) -> [(&'static str, Index); 3] {
+fn indices(records: &[Record], settings: &LookupSettings) -> [(&'static str, Index); 4] {
     let mut octree = Index::octree(BOUNDS, settings.reach());
     let mut all = Index::all();
     for (r, k) in records.iter().zip(0..) {
         assert!(octree.insert(k, r) && all.insert(k, r));
     }
     let frozen = Index::frozen(records, settings.reach());
-    [("all", all), ("octree", octree), ("frozen", frozen)]
+    let bvh = Index::Bvh(Bvh::new(records, settings.reach()));
+    [("all", all), ("octree", octree), ("frozen", frozen), ("bvh", bvh)]
 }
 
 #[test]
@@ -164,9 +165,11 @@ fn odd_records_and_empty_caches() {
     // All at one place, so that no split tells them apart.
     let same = vec![record(Vec3::ONE, Vec3::Z, 0.1); 300];
     let frozen = Index::frozen(&same, settings.reach());
-    let mut count = 0;
-    frozen.for_candidates(Vec3::ONE, |_| count += 1);
-    assert_eq!(count, 300);
+    for index in [frozen, Index::Bvh(Bvh::new(&same, settings.reach()))] {
+        let mut count = 0;
+        index.for_candidates(Vec3::ONE, |_| count += 1);
+        assert_eq!(count, 300);
+    }
     let mut endless = Index::octree(Bounds3::EMPTY, settings.reach());
     let mut odd = record(Vec3::ONE, Vec3::Z, f32::INFINITY);
     endless.insert(0, &odd);
@@ -175,7 +178,13 @@ fn odd_records_and_empty_caches() {
     let mut seen = Vec::new();
     endless.for_candidates(Vec3::ZERO, |i| seen.push(i));
     assert_eq!(seen, [1, 0]);
-    Index::frozen(&[], settings.reach()).for_candidates(Vec3::ZERO, |_| panic!("nothing there"));
+    for index in [
+        Index::frozen(&[], settings.reach()),
+        Index::Bvh(Bvh::new(&[], settings.reach())),
+        Index::all(),
+    ] {
+        index.for_candidates(Vec3::ZERO, |_| panic!("nothing there"));
+    }
     let mut full = Index::frozen(&same, settings.reach());
     assert!(!full.insert(300, &same[0]));
 }

@@ -35,14 +35,18 @@ impl Node {
     /// Bit k: lane k's box holds the point.
     #[inline(always)]
     fn lanes_around(&self, p: Vec3) -> u32 {
-        let mut inside = [0_u32; WIDTH];
-        for (k, lane) in inside.iter_mut().enumerate() {
-            let x = (self.min[0][k] <= p.x) & (p.x <= self.max[0][k]);
-            let y = (self.min[1][k] <= p.y) & (p.y <= self.max[1][k]);
-            let z = (self.min[2][k] <= p.z) & (p.z <= self.max[2][k]);
-            *lane = u32::from(x & y & z) << k;
+        let mut outside = [0.0_f32; WIDTH];
+        for (k, lane) in outside.iter_mut().enumerate() {
+            let x = (self.min[0][k] - p.x).max(p.x - self.max[0][k]);
+            let y = (self.min[1][k] - p.y).max(p.y - self.max[1][k]);
+            let z = (self.min[2][k] - p.z).max(p.z - self.max[2][k]);
+            *lane = x.max(y).max(z);
         }
-        inside.iter().fold(0, |mask, &bit| mask | bit)
+        let mut mask = 0;
+        for (k, &distance) in outside.iter().enumerate() {
+            mask |= u32::from(distance <= 0.0) << k;
+        }
+        mask
     }
 }
 
