@@ -5,7 +5,8 @@
 //!
 //! The modules stand in the order in which data flows, and each uses only those above it:
 //! [`math`], [`spectrum`] → [`image`], [`texture`] → [`shape`], [`bsdf`], [`emitter`],
-//! [`sensor`] → [`accel`] → [`scene`] → [`sampler`], [`film`] → [`irradiance`] → [`integrator`] → [`render`].
+//! [`sensor`] → [`accel`] → [`scene`] → [`sampler`], [`film`], [`irradiance`] → [`integrator`] →
+//! [`render`].
 //!
 //! Units: lengths are scene units (the scene file decides; metres by convention), radiance is
 //! W·m⁻²·sr⁻¹ per linear sRGB channel, irradiance W·m⁻², intensity W·sr⁻¹. Directions point

@@ -116,6 +116,10 @@ fn look_ups(count: usize) {
             let found = queries.iter().filter_map(|q| lookup(&records, &index, q, &settings));
             found.map(|f| f.records as usize).sum::<usize>()
         });
+        if let Index::Cells(cells) = &index {
+            let references = cells.references() as f64 / count as f64;
+            println!("{:>8}  {references:.1} references per record", "");
+        }
         println!(
             "{count:>8}  {name:>8}  {build:>9.3}  {:>13.0}  {:>10.0}  {:>10.1}  {:>7.1}",
             listing * per_query,

@@ -162,13 +162,12 @@ fn smooth(record: &Record, delta: Vec3, turned: f32, overlap: f32) -> f32 {
     let u = delta.dot(record.axis);
     let h = delta.dot(record.normal);
     let across2 = (delta.length_squared() - u * u - h * h).max(0.0);
-    let inverse2 = 1.0 / (overlap * overlap * short * short);
     let ratio = short / long;
-    let t2 =
-        (u * u + across2 * (ratio * ratio) + h * h * (1.0 / (THICKNESS * THICKNESS))) * inverse2;
-    let s2 = turned / one_minus_cos(record.max_angle);
-    if t2 < 1.0 && s2 < 1.0 {
-        let product = (1.0 - t2) * (1.0 - s2);
+    let distance2 = u * u + across2 * (ratio * ratio) + h * h * (1.0 / (THICKNESS * THICKNESS));
+    let reach2 = overlap * overlap * short * short;
+    let largest = one_minus_cos(record.max_angle);
+    if distance2 < reach2 && turned < largest {
+        let product = (1.0 - distance2 / reach2) * (1.0 - turned / largest);
         product * product
     } else {
         0.0

@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use super::index::Index;
 use super::kernel::{LookupSettings, Query, weight};
 use super::record::Record;
-use crate::math::DVec3;
+use crate::math::Vec3;
 use crate::spectrum::Rgb;
 
 /// Most records that one look-up uses. Of more, those with the smallest numbers: rare, and the
@@ -114,20 +114,18 @@ fn extrapolated(
     settings: &LookupSettings,
     total: f64,
 ) -> [f64; 3] {
-    let mut translational = [DVec3::ZERO; 3];
-    let mut rotational = [DVec3::ZERO; 3];
-    let (own, mix) = (1.0 - settings.mix, f64::from(settings.mix) / total);
+    let mut translational = [Vec3::ZERO; 3];
+    let mut rotational = [Vec3::ZERO; 3];
+    let (own, mix) = (1.0 - settings.mix, settings.mix / total as f32);
     if settings.mix > 0.0 {
         for c in candidates {
-            let (record, w) = (&records[c.index as usize], mix * f64::from(c.weight));
+            let (record, w) = (&records[c.index as usize], mix * c.weight);
             for k in 0..3 {
-                translational[k] += w * record.translational[k].as_dvec3();
-                rotational[k] += w * record.rotational[k].as_dvec3();
+                translational[k] += w * record.translational[k];
+                rotational[k] += w * record.rotational[k];
             }
         }
     }
-    let translational = translational.map(|g| g.as_vec3());
-    let rotational = rotational.map(|g| g.as_vec3());
     let [low, high] = settings.clamp;
     let mut sum = [0.0; 3];
     for c in candidates {

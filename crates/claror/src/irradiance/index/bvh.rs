@@ -177,7 +177,7 @@ fn bin_of(centre: Vec3, centres: Bounds3, axis: usize) -> usize {
 fn best_split(items: &[Item], centres: Bounds3) -> Option<(usize, usize)> {
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in 0..3 {
-        if !(centres.max[axis] > centres.min[axis]) {
+        if centres.max[axis] <= centres.min[axis] {
             continue;
         }
         let mut bins = [(0_u32, Bounds3::EMPTY); BINS];

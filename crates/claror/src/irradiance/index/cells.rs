@@ -11,7 +11,7 @@ const LEAF: u32 = 1 << 31;
 const FEW: usize = 8;
 /// Nor are those whose occupied parts would on average keep more than this share of the records:
 /// the records are larger than the cell.
-const KEPT: f64 = 0.75;
+const KEPT: f64 = 0.6;
 /// Cells are not divided further.
 const MAX_DEPTH: u32 = 20;
 
@@ -72,6 +72,11 @@ impl Cells {
             self.nodes[node][child] = link;
         }
         node as u32
+    }
+
+    /// How many entries all lists have together, four bytes each.
+    pub fn references(&self) -> usize {
+        self.records.len()
     }
 
     /// Calls `f` with the numbers of all records that may serve `p`.

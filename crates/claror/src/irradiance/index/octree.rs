@@ -65,7 +65,7 @@ impl Octree {
 
     fn insert_at(&mut self, index: u32, support: &Bounds3, edge: f32, place: Place) {
         // The child's edge is `half`; a box that is not finite stays at the root.
-        if place.depth == MAX_DEPTH || !(place.half >= edge) {
+        if place.depth == MAX_DEPTH || place.half < edge || edge.is_nan() {
             let next = self.nodes[place.node].entries;
             self.nodes[place.node].entries = self.entries.len() as u32;
             self.entries.push(Entry { record: index, next });

@@ -19,6 +19,7 @@
 //! all rules in rooms with exact values.
 
 mod edge;
+mod samples;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -27,8 +28,9 @@ mod topology;
 use crate::math::{DVec2, DVec3, Vec2};
 use crate::spectrum::Rgb;
 
-use super::hemisphere::{Cell, Hemisphere};
+use super::hemisphere::Hemisphere;
 use edge::EdgeDerivatives;
+use samples::{Radiance, combine, mean};
 use surface::{Hit, Split};
 pub use topology::MeshTopology;
 
@@ -84,8 +86,8 @@ pub fn mesh_derivatives(
     if hemisphere.grid != topology.grid() {
         return None;
     }
-    let hits: Vec<Hit> = hemisphere.cells.iter().map(|c| hit(c, settings.far)).collect();
-    let radiance = radiance(hemisphere, settings);
+    let hits: Vec<Hit> = hemisphere.cells.iter().map(|c| samples::hit(c, settings.far)).collect();
+    let radiance = samples::radiance(hemisphere, settings);
     let mut mesh = Mesh { topology, hits, radiance, sum: Sum::default() };
     let splits = mesh.splits(settings.rule);
     mesh.smooth_behind_edges(&splits);
@@ -94,43 +96,6 @@ pub fn mesh_derivatives(
     mesh.add_insides(&splits, &faces);
     mesh.add_rim(&splits, &faces);
     Some(mesh.sum.derivatives())
-}
-
-/// Radiance per channel, and the scalar of the Hessian; all less their means, which change
-/// nothing but rounding.
-type Radiance = [f64; 4];
-
-fn hit(cell: &Cell, far: f32) -> Hit {
-    let miss = !cell.distance.is_finite();
-    let distance = f64::from(if miss { far } else { cell.distance.max(f32::MIN_POSITIVE) });
-    let direction = cell.direction.as_dvec3();
-    let normal = cell.normal.as_dvec3();
-    Hit { position: distance * direction, normal, distance, miss }
-}
-
-fn radiance(hemisphere: &Hemisphere, settings: &MeshSettings) -> Vec<Radiance> {
-    let mean = hemisphere.irradiance() * std::f32::consts::FRAC_1_PI;
-    let floor = settings.floor * std::f32::consts::FRAC_1_PI;
-    let harmonic = hemisphere.harmonic_mean_distance();
-    let geometric = f64::from(settings.geometry * (mean.luminance() + floor) * harmonic);
-    let of = |cell: &Cell, subtract: Radiance| {
-        let [r, g, b] = cell.radiance.to_array().map(f64::from);
-        let mut scalar = f64::from(cell.radiance.luminance());
-        if geometric > 0.0 && geometric.is_finite() {
-            scalar += geometric / f64::from(cell.distance);
-        }
-        combine([r, g, b, scalar], subtract, |l, mean| l - mean)
-    };
-    let mut sum = [0.0; 4];
-    for cell in &hemisphere.cells {
-        sum = combine(sum, of(cell, [0.0; 4]), |s, l| s + l);
-    }
-    let mean = sum.map(|s| s / hemisphere.cells.len() as f64);
-    hemisphere.cells.iter().map(|cell| of(cell, mean)).collect()
-}
-
-fn combine(a: Radiance, b: Radiance, f: impl Fn(f64, f64) -> f64) -> Radiance {
-    std::array::from_fn(|c| f(a[c], b[c]))
 }
 
 /// Radiance of a face near each of its corners; for the strips of the rim near both ends.
@@ -354,10 +319,6 @@ fn meeting(points: [DVec3; 3]) -> (DVec3, [DVec3; 3]) {
     let centre = sum / count;
     let direction = centre.normalize_or_zero();
     (centre, lengths.map(|l| if l <= limit { centre } else { l * direction }))
-}
-
-fn mean(a: Radiance, b: Radiance, share: f64) -> Radiance {
-    combine(a, b, |a, b| a + share * (b - a))
 }
 
 /// How surfaces divide a triangle.

@@ -117,7 +117,7 @@ fn rim(n: u32) -> Vec<u32> {
         return Vec::new();
     }
     let last = n - 1;
-    let south = (0..last).map(|i| i);
+    let south = 0..last;
     let east = (0..last).map(|j| j * n + last);
     let north = (0..last).map(|i| last * n + last - i);
     let west = (0..last).map(|j| (last - j) * n);
@@ -147,9 +147,9 @@ mod tests {
                 }
             }
             for (t, edges) in mesh.triangle_edges.iter().enumerate() {
-                for k in 0..3 {
+                for (k, &edge) in edges.iter().enumerate() {
                     let (a, b) = (mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
-                    let e = mesh.edges[edges[k] as usize];
+                    let e = mesh.edges[edge as usize];
                     assert_eq!((e.a.min(e.b), e.a.max(e.b)), (a.min(b), a.max(b)));
                 }
             }

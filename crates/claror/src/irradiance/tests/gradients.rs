@@ -82,6 +82,38 @@ fn errors(scene: &Scene, x: [f64; 3], n: u32, rule: MeshRule, noise: f32) -> [f6
     sums.map(|s| (s / f64::from(runs)).sqrt())
 }
 
+/// The numbers of this file's tables, for more cells: `cargo test -p claror --lib -- --ignored
+/// --nocapture errors_of_all_rules`.
+#[test]
+#[ignore = "prints a table"]
+fn errors_of_all_rules() {
+    let mut gradual = room();
+    for quad in &mut gradual.quads {
+        quad.slope = 1.0;
+    }
+    let cases = [
+        ("middle", room(), [1.3, 1.1, 0.0]),
+        (".2 m", room(), [0.2, 1.9, 0.0]),
+        (".05 m", room(), [0.05, 1.4, 0.0]),
+        ("corner", room(), [0.3, 0.25, 0.0]),
+        ("below plate", room_with_plate(), [2.0, 1.4, 0.0]),
+        ("beside plate", room_with_plate(), [2.9, 0.9, 0.0]),
+        ("sphere", sphere(0.4), [0.0; 3]),
+        ("small sphere", sphere(0.15), [0.0; 3]),
+        ("gradual", gradual, [1.3, 1.1, 0.0]),
+    ];
+    for (name, scene, x) in cases {
+        println!("{name}: {:.3?}", differences(|x| scene.irradiance(x, 5), x, 1e-3));
+        for rule in [MeshRule::Farthest, MeshRule::Average, MeshRule::Surfaces] {
+            for n in [16, 24, 32] {
+                let [g, h] = errors(&scene, x, n, rule, 0.0);
+                let [gn, hn] = errors(&scene, x, n, rule, 1.0);
+                println!("{rule:>9?} {n}: {g:.4} / {gn:.3}, {h:.4} / {hn:.3}");
+            }
+        }
+    }
+}
+
 /// In rooms without occluders the rule by surfaces finds the lines exactly: nothing is left but the
 /// room's corners, where three of them meet.
 #[test]
