@@ -83,7 +83,7 @@ fn errors(scene: &Scene, x: [f64; 3], n: u32, rule: MeshRule, noise: f32) -> [f6
     sums.map(|s| (s / f64::from(runs)).sqrt())
 }
 
-/// The numbers of this file's tables, for more cells: `cargo test -p claror --lib -- --ignored
+/// The numbers of this file's tables (but Ward and Heckbert's), for more cells: `cargo test -p claror --lib -- --ignored
 /// --nocapture errors_of_all_rules`.
 #[test]
 #[ignore = "prints a table"]

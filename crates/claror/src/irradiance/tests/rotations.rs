@@ -5,7 +5,7 @@ use crate::irradiance::{
     Cell, Grid, Hemisphere, angular_support, rotational_curvature, rotational_gradient,
 };
 use crate::math::statistics::TestRng;
-use crate::math::{Vec2, Vec3};
+use crate::math::{DMat3, DVec2, DVec3, Vec2, Vec3};
 use crate::spectrum::Rgb;
 
 /// Light from the half space around `m`, on a grid about z.
@@ -44,28 +44,41 @@ fn tilted_plane() {
     }
 }
 
-/// Against the irradiance of the same scene, turned, from many samples.
-#[test]
-fn gradient_is_the_difference_of_turned_receivers() {
-    let scene = Scene::room([4.0, 3.0, 2.5], [1.0, 0.2, 0.6, 0.3, 0.8]);
-    let grid = Grid::Concentric { n: 256 };
-    let mut rng = TestRng::new(5);
-    let x = [1.1, 0.9, 0.5];
-    let h = scene.hemisphere(x, grid, &mut rng);
-    let gradient = rotational_gradient(&h)[0];
-    // Weighted samples of the same directions, away from the dark below the horizon: the change
-    // is that of the cosine, and what comes up at the horizon adds only to second order.
-    for tau in [Vec2::X, Vec2::Y] {
-        let change: f64 = h
-            .cells
-            .iter()
-            .map(|c| f64::from(c.radiance.r * c.direction.truncate().dot(tau) / c.direction.z))
-            .sum::<f64>()
-            * std::f64::consts::PI
-            / h.cells.len() as f64;
-        let mine = Vec3::Z.cross(tau.extend(1.0)).dot(gradient.extend(0.0));
-        assert!((f64::from(mine) - change).abs() < 0.05, "{mine} {change}");
+/// The exact irradiance where the normal at `x` is turned by `angle` towards a tangent: the scene
+/// turns the other way.
+fn turned_irradiance(scene: &Scene, x: [f64; 3], tau: DVec3, angle: f64) -> f64 {
+    let turn = DMat3::from_axis_angle(DVec3::Z.cross(tau), -angle);
+    let mut turned = scene.clone();
+    for quad in &mut turned.quads {
+        quad.corner = turn * (quad.corner - DVec3::from(x));
+        quad.u = turn * quad.u;
+        quad.v = turn * quad.v;
     }
+    turned.irradiance([0.0; 3], turned.quads.len())
+}
+
+/// Above the floor, so that walls come up at the horizon.
+#[test]
+fn derivatives_agree_with_differences() {
+    let scene = Scene::room([4.0, 3.0, 2.5], [1.0, 0.2, 0.6, 0.3, 0.8]);
+    let x = [1.1, 0.9, 0.5];
+    let h = scene.hemisphere(x, Grid::Concentric { n: 256 }, &mut TestRng::new(5));
+    let gradient = rotational_gradient(&h)[0];
+    let mut largest = 0.0_f64;
+    for k in 0..16 {
+        let azimuth = std::f64::consts::PI * f64::from(k) / 16.0;
+        let tau = DVec2::from_angle(azimuth).extend(0.0);
+        let at = |angle: f64| turned_irradiance(&scene, x, tau, angle);
+        let step = 1e-3;
+        let first = (at(step) - at(-step)) / (2.0 * step);
+        let second = (at(step) + at(-step) - 2.0 * at(0.0)) / (step * step);
+        largest = largest.max((second / at(0.0)).abs());
+        let mine = Vec3::Z.cross(tau.as_vec3()).dot(gradient.extend(0.0));
+        // Cells of 1/256 at the edges between walls and at the horizon.
+        assert!((f64::from(mine) - first).abs() < 0.02, "{azimuth}: {mine} {first}");
+    }
+    let mine = f64::from(rotational_curvature(&h));
+    assert!((mine - largest).abs() < 0.02, "{mine} {largest}");
 }
 
 #[test]
