@@ -10,7 +10,7 @@
 //! Fails (noise that does not go away) where small lights are seen only through glass or in
 //! mirrors: light sampling cannot reach them. Kajiya 1986; Veach 1997.
 
-use super::light::{camera_hit, light_reference, power_heuristic, sample_light};
+use super::light::{light_reference, past, power_heuristic, sample_light};
 use super::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::bsdf::{BsdfAtHit, BsdfSample};
 use crate::emitter::LightReference;
@@ -97,16 +97,23 @@ pub(super) fn path(
 impl Walk<'_> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler) {
         let mut bsdf = BsdfAtHit::empty();
-        let mut hit = camera_hit(self.scene, &mut ray, self.settings.hide_emitters, &mut self.rays);
         loop {
-            // By reference: an interaction is too large to be moved about.
+            self.rays += 1;
+            // Bound anew in every turn: an interaction is too large to be moved about.
+            let hit = self.scene.intersect(&ray);
             let Some(si) = &hit else {
                 self.add_environment(&ray);
                 return;
             };
-            self.add_emission(si);
             let tables = &self.scene.tables;
             let shape = &tables.shapes.shapes[si.shape.0 as usize];
+            if shape.emitter.is_some() {
+                if self.settings.hide_emitters && self.is_at_camera() {
+                    ray = past(si, &ray);
+                    continue;
+                }
+                self.add_emission(si);
+            }
             let (textures, shapes) = (&tables.textures, &tables.shapes);
             tables.bsdfs.read_at_hit(textures, shapes, shape.bsdf, si, &mut bsdf);
             if self.settings.max_depth.is_some_and(|limit| self.depth + 1 >= limit) {
@@ -119,9 +126,12 @@ impl Walk<'_> {
                 return;
             };
             ray = next;
-            self.rays += 1;
-            hit = self.scene.intersect(&ray);
         }
+    }
+
+    /// Whether nothing was met yet, invisible surfaces included.
+    fn is_at_camera(&self) -> bool {
+        self.depth == 0
     }
 
     /// The first dimension of the sampler that belongs to this vertex.
@@ -218,9 +228,6 @@ impl Walk<'_> {
 
     fn add_emission(&mut self, si: &SurfaceInteraction) {
         let scene = self.scene;
-        if scene.tables.shapes.shapes[si.shape.0 as usize].emitter.is_none() {
-            return;
-        }
         let radiance = scene.lights.emitted_radiance(&scene.tables, si);
         if radiance.is_black() {
             return;

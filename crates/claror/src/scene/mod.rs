@@ -6,14 +6,14 @@ pub(crate) mod test_scene;
 use crate::accel::{Accel, AccelError};
 use crate::bsdf::{BsdfError, BsdfTable};
 use crate::emitter::guide::EnvironmentGuide;
-use crate::emitter::{EmitterTable, LightError, LightSampler};
+use crate::emitter::{Emitter, EmitterTable, LightError, LightSampler};
 use crate::film::CropWindow;
 use crate::integrator::{Aov, IntegratorSettings};
-use crate::interaction::SurfaceInteraction;
+use crate::interaction::{Detail, SurfaceInteraction};
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::sensor::{Camera, Sensor};
-use crate::shape::ShapeTable;
+use crate::shape::{Shape, ShapeTable};
 use crate::texture::TextureTable;
 
 /// Everything a scene file says, as flat tables; nothing derived from it.
@@ -44,6 +44,8 @@ pub struct Scene {
     pub accel: Accel,
     /// Choice and sampling of the light sources.
     pub lights: LightSampler,
+    /// What material and emitter of each shape must be told about its surface.
+    details: Vec<Detail>,
 }
 
 /// Why a scene cannot be rendered.
@@ -60,6 +62,18 @@ pub enum SceneError {
     Light(#[from] LightError),
 }
 
+/// What the material and the emitter of a shape must be told about its surface.
+fn detail(tables: &SceneTables, shape: &Shape) -> Detail {
+    let material = tables.bsdfs.detail(shape.bsdf);
+    let emitter = shape.emitter.map(|id| &tables.emitters.emitters[id.0 as usize]);
+    match emitter {
+        Some(Emitter::Area { radiance, .. }) if tables.textures.constant(*radiance).is_none() => {
+            material.max(Detail::Uv)
+        }
+        _ => material,
+    }
+}
+
 /// Least and largest number of walks that learn where the sky is seen from: a fraction of a
 /// second at most.
 const GUIDE_WALKS: (usize, usize) = (1 << 14, 1 << 17);
@@ -70,7 +84,8 @@ impl Scene {
         tables.bsdfs.prepare(&tables.textures, &tables.shapes)?;
         let accel = Accel::build(&tables.shapes)?;
         let lights = LightSampler::build(&tables)?;
-        let mut scene = Self { tables, accel, lights };
+        let details = tables.shapes.shapes.iter().map(|shape| detail(&tables, shape)).collect();
+        let mut scene = Self { tables, accel, lights, details };
         if scene.lights.wants_guide() {
             let guide = scene.learn_sky();
             scene.lights.set_guide(guide);
@@ -103,11 +118,19 @@ impl Scene {
         )
     }
 
-    /// The first surface along the ray.
+    /// The first surface along the ray, whose direction is a unit vector: all that its material
+    /// and its emitter need to know.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         let hit = self.accel.intersect(&self.tables.shapes, ray)?;
-        Some(self.tables.shapes.interaction(ray, &hit))
+        let detail = self.details[hit.shape.0 as usize];
+        Some(self.tables.shapes.interaction(ray, &hit, detail))
+    }
+
+    /// The same with a chosen amount of detail.
+    pub fn intersect_with(&self, ray: &Ray, detail: Detail) -> Option<SurfaceInteraction> {
+        let hit = self.accel.intersect(&self.tables.shapes, ray)?;
+        Some(self.tables.shapes.interaction(ray, &hit, detail))
     }
 
     /// Whether any surface lies on the ray.
