@@ -57,6 +57,18 @@ impl FlatLights {
         (light != NO_LIGHT).then_some(light as usize)
     }
 
+    /// Puts the lights into the order of these numbers of theirs.
+    pub(super) fn reorder(&mut self, order: &[u32]) {
+        let mut new = vec![NO_LIGHT; order.len()];
+        for (i, &old) in order.iter().enumerate() {
+            new[old as usize] = i as u32;
+        }
+        for light in self.light_of.iter_mut().filter(|light| **light != NO_LIGHT) {
+            *light = new[*light as usize];
+        }
+        self.lights = order.iter().map(|&old| self.lights[old as usize].clone()).collect();
+    }
+
     fn add_shape(&mut self, tables: &SceneTables, id: ShapeId, radiance: TextureId) {
         let shape = &tables.shapes.shapes[id.0 as usize];
         let constant = tables.textures.constant(radiance);

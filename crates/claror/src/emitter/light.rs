@@ -12,8 +12,10 @@ use crate::spectrum::Rgb;
 use crate::texture::TextureId;
 use std::f32::consts::PI;
 
-/// A light that is chosen as one.
+/// A light that is chosen as one. Among very many each is fetched from memory, and it lies in no
+/// more lines than it has to.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 pub(super) enum Light {
     Area(AreaLight),
     Point { position: Vec3, intensity: Rgb },

@@ -5,7 +5,7 @@ use super::flatten::FlatLights;
 use super::guide::EnvironmentGuide;
 use super::infinite::InfiniteLights;
 use super::light::Light;
-use super::tree::{LightTree, Receiver};
+use super::tree::{LightTree, Receiver, Shares};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::SceneTables;
@@ -87,10 +87,11 @@ pub struct LightSampler {
 impl LightSampler {
     /// Flattens the emitters into lights and makes the tables.
     pub fn build(tables: &SceneTables) -> Result<Self, LightError> {
-        let flat = FlatLights::new(tables);
+        let mut flat = FlatLights::new(tables);
         let leaves: Vec<_> =
             flat.lights.iter().map(|l| (l.extent(), l.intensity(tables))).collect();
-        let tree = LightTree::build(&leaves);
+        let mut tree = LightTree::build(&leaves);
+        flat.reorder(&tree.renumber());
         Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
     }
 
@@ -137,13 +138,18 @@ impl LightSampler {
         u: Vec2,
     ) -> Option<LightSample> {
         let at = Receiver { p: reference.p, n: reference.n };
-        let share = self.infinite_share(&at);
+        if self.infinite.irradiance == 0.0 {
+            let (light, probability) = self.tree.sample(&at, with_more_bits(u_select, u))?;
+            return self.flat.lights[light].sample(tables, reference.p, u, probability);
+        }
+        let root = self.tree.at_root(&at);
+        let share = self.infinite_share(root.as_ref());
         if u_select < share {
             let sample = self.infinite.sample(tables, reference, u_select / share, u)?;
             return Some(LightSample { pdf: sample.pdf * share, ..sample });
         }
         let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
-        let (light, probability) = self.tree.sample(&at, u_tree)?;
+        let (light, probability) = self.tree.sample_from(&root?, &at, u_tree)?;
         self.flat.lights[light].sample(tables, reference.p, u, probability * (1.0 - share))
     }
 
@@ -164,7 +170,7 @@ impl LightSampler {
         if probability == 0.0 {
             return 0.0;
         }
-        let share = self.infinite_share(&at);
+        let share = self.infinite_share_at(&at);
         light.area.pdf(reference.p, wi, hit.p, hit.ng) * probability * (1.0 - share)
     }
 
@@ -178,7 +184,7 @@ impl LightSampler {
         wi: Vec3,
     ) -> f32 {
         let at = Receiver { p: reference.p, n: reference.n };
-        let share = self.infinite_share(&at);
+        let share = self.infinite_share_at(&at);
         if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference, wi) }
     }
 
@@ -201,14 +207,21 @@ impl LightSampler {
         }
     }
 
-    /// Probability of choosing an infinitely far light: its share of the irradiance to be
-    /// expected.
-    fn infinite_share(&self, at: &Receiver) -> f32 {
-        let far = self.infinite.irradiance;
-        if far == 0.0 {
+    /// Probability of choosing an infinitely far light.
+    #[inline]
+    fn infinite_share_at(&self, at: &Receiver) -> f32 {
+        if self.infinite.irradiance == 0.0 {
             return 0.0;
         }
-        let near = self.tree.irradiance(at);
+        self.infinite_share(self.tree.at_root(at).as_ref())
+    }
+
+    /// The same, where there are such lights: their share of the irradiance to be expected. `near`
+    /// is what the root of the tree says of all others.
+    #[inline]
+    fn infinite_share(&self, near: Option<&Shares>) -> f32 {
+        let far = self.infinite.irradiance;
+        let near = near.map_or(0.0, |shares| shares.sum() as f32);
         if near == 0.0 {
             return 1.0;
         }
