@@ -4,7 +4,7 @@ use super::Emitter;
 use super::flatten::FlatLights;
 use super::guide::EnvironmentGuide;
 use super::infinite::InfiniteLights;
-use super::light::Light;
+use super::light::{AlignedLight, Light};
 use super::tree::{LightTree, Receiver, Shares};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
@@ -88,8 +88,11 @@ impl LightSampler {
     /// Flattens the emitters into lights and makes the tables.
     pub fn build(tables: &SceneTables) -> Result<Self, LightError> {
         let mut flat = FlatLights::new(tables);
-        let leaves: Vec<_> =
-            flat.lights.iter().map(|l| (l.extent(), l.intensity(tables))).collect();
+        let leaves: Vec<_> = flat
+            .lights
+            .iter()
+            .map(|AlignedLight(l)| (l.extent(), l.intensity(flat.tables(tables))))
+            .collect();
         let mut tree = LightTree::build(&leaves);
         flat.reorder(&tree.renumber());
         Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
@@ -118,7 +121,7 @@ impl LightSampler {
 
     /// Power of all lights at finite places (W), about; mean of the channels.
     pub fn power(&self, tables: &SceneTables) -> f32 {
-        self.flat.lights.iter().map(|l| l.power(tables)).sum()
+        self.flat.lights.iter().map(|AlignedLight(l)| l.power(self.flat.tables(tables))).sum()
     }
 
     /// Whether rays that leave the scene may see light.
@@ -140,7 +143,12 @@ impl LightSampler {
         let at = Receiver { p: reference.p, n: reference.n };
         if self.infinite.irradiance == 0.0 {
             let (light, probability) = self.tree.sample(&at, with_more_bits(u_select, u))?;
-            return self.flat.lights[light].sample(tables, reference.p, u, probability);
+            return self.flat.lights[light].0.sample(
+                self.flat.tables(tables),
+                reference.p,
+                u,
+                probability,
+            );
         }
         let root = self.tree.at_root(&at);
         let share = self.infinite_share(root.as_ref());
@@ -150,7 +158,12 @@ impl LightSampler {
         }
         let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
         let (light, probability) = self.tree.sample_from(&root?, &at, u_tree)?;
-        self.flat.lights[light].sample(tables, reference.p, u, probability * (1.0 - share))
+        self.flat.lights[light].0.sample(
+            self.flat.tables(tables),
+            reference.p,
+            u,
+            probability * (1.0 - share),
+        )
     }
 
     /// Density by solid angle with which [`LightSampler::sample`] chooses the direction `wi` by
@@ -164,7 +177,7 @@ impl LightSampler {
         hit: &SurfaceInteraction,
     ) -> f32 {
         let Some(index) = self.flat.light_of(hit.shape, hit.primitive) else { return 0.0 };
-        let Light::Area(light) = &self.flat.lights[index] else { return 0.0 };
+        let Light::Area(light) = &self.flat.lights[index].0 else { return 0.0 };
         let at = Receiver { p: reference.p, n: reference.n };
         let probability = self.tree.probability(&at, index);
         if probability == 0.0 {

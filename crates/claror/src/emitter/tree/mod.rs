@@ -1,10 +1,14 @@
-//! Choice of one light among many: a binary tree over the lights, walked down by how much each
-//! side may contribute at the reference point.
+//! Choice of one light among many: a tree over the lights, walked down by how much those below
+//! each child may contribute at the reference point.
 //!
 //! Conty Estevez and Kulla 2018: Importance sampling of many lights with adaptive tree splitting.
-//! A node knows the box of its lights, a cone that holds the directions they face, how far to the
-//! side they shine, and their intensity. From these follows a bound on the cosines and an estimate
-//! of the irradiance; a node gets probability 0 only where the bounds say that nothing can arrive.
+//! What is known of the lights below a child is their box, a cone that holds the directions they
+//! face, how far to the side they shine, and their intensity. From these follows a bound on the
+//! cosines and an estimate of the irradiance; a child gets probability 0 only where the bounds say
+//! that nothing can arrive.
+//!
+//! Nodes have eight children, all of which are looked at together ([`node`]). They are made of
+//! those of a binary tree ([`build`], [`collapse`]).
 
 mod build;
 mod collapse;
