@@ -46,7 +46,13 @@ pub struct IntegratorSettings {
 impl Default for IntegratorSettings {
     /// Mitsuba's defaults of `path`.
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, early_roulette: true, hide_emitters: false }
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            early_roulette: true,
+            hide_emitters: false,
+        }
     }
 }
 
