@@ -46,9 +46,8 @@ impl Plane {
     /// lights is what takes the time.
     fn is_near(&self, from: Vec3, center: f32) -> bool {
         let to_center = (self.edges[0] + self.edges[1]) * center;
-        // The fourth corner of a parallelogram is as far away as the first.
-        let reach = |c: Vec3| (c - to_center).length_squared();
-        let radius2 = reach(Vec3::ZERO).max(reach(self.edges[0])).max(reach(self.edges[1]));
+        // A quarter of the mean square of a parallelogram's diagonals; about right for a triangle.
+        let radius2 = 0.25 * (self.edges[0].length_squared() + self.edges[1].length_squared());
         radius2 > NEAR * (from - (self.corner + to_center)).length_squared()
     }
 
