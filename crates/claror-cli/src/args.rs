@@ -181,8 +181,8 @@ pub(crate) struct ChangeArgs {
     /// Set a parameter, such as integrator.max_depth=4
     ///
     /// The parameters are: integrator.type, integrator.max_depth (-1: no limit),
-    /// integrator.rr_depth, integrator.hide_emitters, integrator.emitter_samples and
-    /// integrator.bsdf_samples (of direct), sampler.type, sampler.seed, sampler.sample_count,
+    /// integrator.rr_depth, integrator.early_roulette, integrator.hide_emitters,
+    /// integrator.emitter_samples and integrator.bsdf_samples (of direct), sampler.type, sampler.seed, sampler.sample_count,
     /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
     /// film.alpha, film.rfilter. `-v` shows their values.
     #[arg(

@@ -55,6 +55,11 @@ const PARAMETERS: &[Parameter] = &[
         },
     },
     Parameter {
+        name: "integrator.early_roulette",
+        get: |integrator, _| Some(integrator.early_roulette.to_string()),
+        set: |target, value| assign(&mut target.integrator.early_roulette, boolean(value)?),
+    },
+    Parameter {
         name: "integrator.hide_emitters",
         get: |integrator, _| Some(integrator.hide_emitters.to_string()),
         set: |target, value| assign(&mut target.integrator.hide_emitters, boolean(value)?),
@@ -335,6 +340,7 @@ mod tests {
             ("integrator.max_depth", "-1"),
             ("integrator.max_depth", "7"),
             ("integrator.rr_depth", "9"),
+            ("integrator.early_roulette", "false"),
             ("integrator.hide_emitters", "true"),
             ("sampler.type", "independent"),
             ("sampler.seed", "18446744073709551615"),

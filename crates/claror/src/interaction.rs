@@ -13,18 +13,13 @@ pub struct SurfaceInteraction {
     pub offset: f32,
     /// Unit geometric normal as the shape defines it (not turned towards the viewer).
     pub ng: Vec3,
-    /// Shading frame: `n` interpolated, `s` along dp/du.
+    /// Shading frame: `n` interpolated, `s` along dp/du; arbitrary tangents where there are no
+    /// derivatives.
     pub frame: Frame,
-    /// Texture coordinates.
+    /// Texture coordinates; barycentrics or zero where they were not asked for.
     pub uv: Vec2,
-    /// dp/du.
-    pub dp_du: Vec3,
-    /// dp/dv.
-    pub dp_dv: Vec3,
-    /// Derivative of the shading normal by u.
-    pub dn_du: Vec3,
-    /// Derivative of the shading normal by v.
-    pub dn_dv: Vec3,
+    /// Derivatives by the texture coordinates, where they were asked for (see [`Detail`]).
+    pub derivatives: Option<SurfaceDerivatives>,
     /// Unit direction towards where the ray came from, world space.
     pub wo: Vec3,
     /// Distance along the ray.
@@ -37,6 +32,31 @@ pub struct SurfaceInteraction {
     pub barycentric: Vec2,
     /// The instance, if the shape belongs to a group.
     pub instance: Option<InstanceId>,
+}
+
+/// How a surface changes with its texture coordinates, world space.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceDerivatives {
+    /// dp/du.
+    pub dp_du: Vec3,
+    /// dp/dv.
+    pub dp_dv: Vec3,
+    /// Derivative of the shading normal by u.
+    pub dn_du: Vec3,
+    /// Derivative of the shading normal by v.
+    pub dn_dv: Vec3,
+}
+
+/// How much to find out about a point: each level includes those before it. Most materials need
+/// little.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Detail {
+    /// Place and normals.
+    Point,
+    /// Texture coordinates.
+    Uv,
+    /// Everything.
+    Derivatives,
 }
 
 impl SurfaceInteraction {

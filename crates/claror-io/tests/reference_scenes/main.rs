@@ -28,11 +28,6 @@ const SEEDS: u64 = 8;
 /// Samples of all pixels and seeds together, about.
 const SAMPLES: usize = 3 << 20;
 
-/// Pictures that are known to differ, and what is known. They are rendered and reported, but do
-/// not fail the test: each is a fault to be found, and its line here goes with it.
-const KNOWN_FAULTS: &[(&str, &str)] =
-    &[("living-room/ref", "3.5 % too bright; an older build was right; cause not found yet")];
-
 /// One picture to compare.
 struct Case {
     folder: PathBuf,
@@ -171,11 +166,6 @@ fn ours(case: &Case) -> Result<(Estimate, Vec<[f64; 3]>), String> {
     Ok((Estimate { width, height, mean, variance }, shape))
 }
 
-/// What is known about the difference of the picture `name`.
-fn known_fault(name: &str) -> Option<&'static str> {
-    KNOWN_FAULTS.iter().find(|(n, _)| *n == name).map(|(_, why)| *why)
-}
-
 fn judge(case: &Case) -> Result<Verdict, String> {
     let (ours, shape) = ours(case)?;
     Ok(Verdict::new(&ours, &reference(case, &shape)?))
@@ -203,10 +193,6 @@ fn pictures_equal_those_of_an_independent_renderer() {
         }
         let line = match judge(case) {
             Ok(v) if v.passes() => format!("ok      {name:42} {v}"),
-            Ok(v) if known_fault(&name).is_some() => {
-                let why = known_fault(&name).unwrap_or_default();
-                format!("KNOWN FAULT {name:38} {v} ({why})")
-            }
             Ok(v) => {
                 failed.push(name.clone());
                 format!("FAILED  {name:42} {v}")

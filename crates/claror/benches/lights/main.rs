@@ -1,6 +1,6 @@
 //! What the choice among many lights costs and gains.
 //!
-//! `cargo bench --bench lights`. Small triangles that shine downwards, as many as given, of very
+//! `cargo bench --bench lights`, after `--` perhaps the numbers of lights. Small triangles that shine downwards, as many as given, of very
 //! different power, below the ceiling of a hall; receivers on its floor. Printed are the CPU time
 //! of a light sample and the relative variance of the irradiance (without visibility) that it
 //! estimates from one sample.
@@ -25,7 +25,9 @@ const HALL: f32 = 100.0;
 
 fn main() {
     println!("{:>8}  {:>9}  {:>10}  {:>18}", "lights", "build s", "ns/sample", "relative variance");
-    for count in [1, 10, 100, 1000, 10_000, 100_000] {
+    let given: Vec<usize> = std::env::args().filter_map(|arg| arg.parse().ok()).collect();
+    let counts = if given.is_empty() { &[1, 10, 100, 1000, 10_000, 100_000][..] } else { &given };
+    for &count in counts {
         bench(count);
     }
 }

@@ -1,6 +1,7 @@
 //! The kinds of rays that a path tracer shoots.
 
 use claror::accel::Accel;
+use claror::interaction::Detail;
 use claror::interaction::SurfaceInteraction;
 use claror::math::{Frame, Ray, Vec3};
 use claror::shape::ShapeTable;
@@ -50,7 +51,9 @@ pub(crate) fn all(accel: &Accel, shapes: &ShapeTable) -> Vec<RaySet> {
     let primary = primary(accel);
     let hits: Vec<SurfaceInteraction> = primary
         .iter()
-        .filter_map(|ray| accel.intersect(shapes, ray).map(|hit| shapes.interaction(ray, &hit)))
+        .filter_map(|ray| {
+            accel.intersect(shapes, ray).map(|hit| shapes.interaction(ray, &hit, Detail::Point))
+        })
         .collect();
     let step = (hits.len() / ORIGINS).max(1);
     let origins: Vec<&SurfaceInteraction> = hits.iter().step_by(step).take(ORIGINS).collect();

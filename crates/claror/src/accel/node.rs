@@ -210,7 +210,7 @@ pub(super) struct Tree {
 }
 
 /// Triangle numbers per entry of [`Tree::directory`].
-pub(super) const DIRECTORY_STEP: u32 = 64;
+pub(super) const DIRECTORY_STEP: u32 = 8;
 
 impl Tree {
     /// The inner node that begins at a row.

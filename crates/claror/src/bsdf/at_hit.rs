@@ -4,6 +4,7 @@ use arrayvec::ArrayVec;
 
 use super::lobe::{Lobe, LobeEval, LobeSample};
 use super::perturb::Guard;
+use crate::math::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::spectrum::Rgb;
 
@@ -71,6 +72,8 @@ pub struct BsdfAtHit<'a>(pub(super) Lobes<'a>);
 #[derive(Debug, Clone)]
 #[expect(clippy::large_enum_variant, reason = "only the used part is touched; no heap per hit")]
 pub(super) enum Lobes<'a> {
+    /// `diffuse`, `twosided` or not: most surfaces of most scenes.
+    Diffuse(DiffuseSide),
     /// One lobe of weight 1 in an unperturbed frame.
     One(WeightedLobe<'a>),
     /// Any other material.
@@ -85,6 +88,46 @@ pub(super) struct ManyLobes<'a> {
     pub(super) guards: ArrayVec<Guard, MAX_GUARDS>,
 }
 
+/// A Lambertian surface as its viewer sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DiffuseSide {
+    /// Its normal is on the viewer's side. Left-handed where it was turned.
+    pub(super) frame: Frame,
+    /// Share of the light that is reflected, on whichever side.
+    pub(super) reflectance: Rgb,
+    /// False behind a one-sided surface.
+    pub(super) is_lit: bool,
+}
+
+impl DiffuseSide {
+    #[inline]
+    fn eval(&self, wi: Vec3) -> BsdfEval {
+        let cos = self.frame.n.dot(wi);
+        if !self.is_lit || cos <= 0.0 {
+            return BsdfEval { value: Rgb::BLACK, diffuse: Rgb::BLACK, pdf: 0.0 };
+        }
+        let pdf = cosine_hemisphere_pdf(cos);
+        let value = self.reflectance * pdf;
+        BsdfEval { value, diffuse: value, pdf }
+    }
+
+    #[inline]
+    fn sample(&self, u: Vec2) -> Option<BsdfSample> {
+        let local = cosine_hemisphere(u);
+        let pdf = cosine_hemisphere_pdf(local.z);
+        (self.is_lit && pdf > 0.0).then(|| BsdfSample {
+            wi: self.frame.to_world(local),
+            weight: self.reflectance,
+            diffuse_weight: self.reflectance,
+            pdf,
+            eta: 1.0,
+            is_delta: false,
+            is_null: false,
+            is_transmission: false,
+        })
+    }
+}
+
 impl<'a> BsdfAtHit<'a> {
     /// A material that scatters nothing.
     pub fn empty() -> Self {
@@ -94,6 +137,7 @@ impl<'a> BsdfAtHit<'a> {
     /// Value and density for light from the world-space unit direction `wi`.
     pub fn eval(&self, wi: Vec3) -> BsdfEval {
         let many = match &self.0 {
+            Lobes::Diffuse(side) => return side.eval(wi),
             Lobes::One(only) => {
                 let e = only.lobe.eval(only.wo, only.frame.to_local(wi));
                 return BsdfEval { value: e.value, diffuse: e.diffuse, pdf: e.pdf };
@@ -115,6 +159,7 @@ impl<'a> BsdfAtHit<'a> {
     /// direction cannot occur.
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let many = match &self.0 {
+            Lobes::Diffuse(side) => return side.sample(u),
             Lobes::One(only) => {
                 let sample = only.lobe.sample(only.wo, u_lobe, u)?;
                 return Some(only.world_sample(&sample));
@@ -145,13 +190,16 @@ impl<'a> BsdfAtHit<'a> {
 
     /// Whether some component is not a delta function, so that light sampling makes sense.
     pub fn has_smooth(&self) -> bool {
-        self.lobes().iter().any(|l| l.lobe.is_smooth())
+        self.is_diffuse() || self.lobes().iter().any(|l| l.lobe.is_smooth())
     }
 
     /// Unit normal, world space, of the side from which alone the smooth components take light:
     /// the viewer's. `None` where light may come from both sides, or where bump and normal maps
     /// replace the frame.
     pub fn lit_side(&self) -> Option<Vec3> {
+        if let Lobes::Diffuse(side) = &self.0 {
+            return Some(side.frame.n);
+        }
         if self.lobes().iter().any(|l| l.guard.is_some()) {
             return None;
         }
@@ -167,7 +215,7 @@ impl<'a> BsdfAtHit<'a> {
 
     /// Whether [`BsdfAtHit::sample`] looks at its `u_lobe`.
     pub fn needs_choice(&self) -> bool {
-        !matches!(self.lobes(), [only] if matches!(only.lobe, Lobe::Diffuse(_)))
+        !self.is_diffuse()
     }
 
     /// Whether the surface is invisible here.
@@ -184,12 +232,18 @@ impl<'a> BsdfAtHit<'a> {
     /// light's direction, is replaced by its cosine-weighted mean. The base of `principled` does
     /// not count: its retro-reflection and sheen depend on both directions.
     pub fn diffuse_albedo(&self) -> Rgb {
+        if let Lobes::Diffuse(side) = &self.0 {
+            return if side.is_lit { side.reflectance } else { Rgb::BLACK };
+        }
         self.lobes().iter().fold(Rgb::BLACK, |sum, l| sum + l.lobe.diffuse_albedo(l.wo) * l.weight)
     }
 
     /// Mitsuba's `albedo` layer: the base colour of the material where it has one, π times the
     /// value for light from the normal otherwise, whatever the side; transparency left out.
     pub fn albedo(&self) -> Rgb {
+        if let Lobes::Diffuse(side) = &self.0 {
+            return side.reflectance;
+        }
         let mut sum = Rgb::BLACK;
         let mut opaque = 0.0;
         for l in self.lobes().iter().filter(|l| !matches!(l.lobe, Lobe::Null)) {
@@ -199,8 +253,14 @@ impl<'a> BsdfAtHit<'a> {
         if opaque > 0.0 { sum / opaque } else { Rgb::BLACK }
     }
 
+    fn is_diffuse(&self) -> bool {
+        matches!(self.0, Lobes::Diffuse(_))
+    }
+
+    /// The lobes of anything but a [`DiffuseSide`].
     fn lobes(&self) -> &[WeightedLobe<'a>] {
         match &self.0 {
+            Lobes::Diffuse(_) => &[],
             Lobes::One(only) => std::slice::from_ref(only),
             Lobes::Many(many) => &many.lobes,
         }

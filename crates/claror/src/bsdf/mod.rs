@@ -183,11 +183,13 @@ pub struct BsdfTable {
     pub bsdfs: Vec<Bsdf>,
     /// What [`BsdfTable::prepare`] computes ahead, by [`BsdfId`].
     prepared: Vec<prepare::Prepared>,
+    /// Likewise.
+    traits: Vec<prepare::Traits>,
 }
 
 impl BsdfTable {
     /// A table of these materials, still to be [prepared](BsdfTable::prepare).
     pub fn new(bsdfs: Vec<Bsdf>) -> Self {
-        Self { bsdfs, prepared: Vec::new() }
+        Self { bsdfs, ..Self::default() }
     }
 }

@@ -81,12 +81,13 @@ pub(super) fn bump_map(
 ) -> Frame {
     let n = shading.n;
     let raised = |dp: Vec3, slope: f32| dp + n * (slope - n.dot(dp));
-    let normal = raised(si.dp_du, gradient.x).cross(raised(si.dp_dv, gradient.y));
+    let (dp_du, dp_dv) = si.derivatives.map_or((shading.s, shading.t), |d| (d.dp_du, d.dp_dv));
+    let normal = raised(dp_du, gradient.x).cross(raised(dp_dv, gradient.y));
     let normal = normal.try_normalize().unwrap_or(n);
     let normal = if normal.dot(si.ng) < 0.0 { -normal } else { normal };
     let local = towards_viewer(shading.to_local(normal), wo, options);
     // Mitsuba takes dp/du as if it were local: only anisotropic materials see the difference.
-    Frame::from_normal_tangent(local, si.dp_du)
+    Frame::from_normal_tangent(local, dp_du)
 }
 
 /// Mirrors a normal that turns away from the viewer around z, if that is wanted.

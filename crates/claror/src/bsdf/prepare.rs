@@ -6,7 +6,9 @@ use super::at_hit::{MAX_GUARDS, MAX_LOBES};
 use super::plastic::PlasticConstants;
 use super::rough_plastic::RoughTransmittance;
 use super::{Bsdf, BsdfId, BsdfTable};
+use crate::interaction::Detail;
 use crate::shape::ShapeTable;
+use crate::spectrum::Rgb;
 use crate::texture::{Texture, TextureId, TextureTable};
 
 /// Why a table of materials cannot be rendered.
@@ -69,6 +71,22 @@ pub(super) enum Prepared {
     RoughPlastic(Box<RoughTransmittance>, f32),
 }
 
+/// The reflectances of a `diffuse`, or of a `twosided` that holds nothing else.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DiffuseSides {
+    pub(super) front: TextureId,
+    /// `None`: black from behind.
+    pub(super) back: Option<TextureId>,
+}
+
+/// What a material asks of the surface.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Traits {
+    /// Set for the simplest materials.
+    diffuse: Option<DiffuseSides>,
+    detail: Detail,
+}
+
 /// What is known about a material and all that is nested in it.
 #[derive(Clone, Copy)]
 struct Extent {
@@ -111,7 +129,24 @@ impl BsdfTable {
     ) -> Result<(), BsdfError> {
         self.validate(textures)?;
         self.prepared = self.bsdfs.par_iter().map(|b| prepare(b, textures, shapes)).collect();
+        self.traits = Vec::with_capacity(self.bsdfs.len());
+        for bsdf in &self.bsdfs {
+            let detail = detail(bsdf, textures, &self.traits);
+            self.traits.push(Traits { diffuse: diffuse_sides(bsdf, &self.bsdfs), detail });
+        }
         Ok(())
+    }
+
+    /// What the material must be told about the surface; everything before
+    /// [`BsdfTable::prepare`].
+    pub fn detail(&self, id: BsdfId) -> Detail {
+        self.traits.get(id.0 as usize).map_or(Detail::Derivatives, |t| t.detail)
+    }
+
+    /// The reflectances, where the material is nothing but Lambertian.
+    #[inline]
+    pub(super) fn diffuse_sides(&self, id: BsdfId) -> Option<DiffuseSides> {
+        self.traits.get(id.0 as usize)?.diffuse
     }
 
     /// What was prepared for the `plastic` with this id.
@@ -150,6 +185,42 @@ impl BsdfTable {
             extents.push(extent);
         }
         Ok(())
+    }
+}
+
+fn diffuse_sides(bsdf: &Bsdf, all: &[Bsdf]) -> Option<DiffuseSides> {
+    let reflectance = |bsdf: &Bsdf| match bsdf {
+        Bsdf::Diffuse { reflectance } => Some(*reflectance),
+        _ => None,
+    };
+    match bsdf {
+        Bsdf::TwoSided { front, back } => Some(DiffuseSides {
+            front: reflectance(&all[front.0 as usize])?,
+            back: Some(reflectance(&all[back.0 as usize])?),
+        }),
+        _ => Some(DiffuseSides { front: reflectance(bsdf)?, back: None }),
+    }
+}
+
+/// What `bsdf` must be told about the surface, given the traits of all before it.
+fn detail(bsdf: &Bsdf, textures: &TextureTable, before: &[Traits]) -> Detail {
+    let nested = |id: &BsdfId| before[id.0 as usize].detail;
+    let constant = |id: TextureId| textures.constant(id);
+    let is_textured = bsdf.textures().into_iter().any(|id| constant(id).is_none());
+    let own = if is_textured { Detail::Uv } else { Detail::Point };
+    let anisotropic = |is_isotropic: bool| if is_isotropic { own } else { Detail::Derivatives };
+    match bsdf {
+        Bsdf::TwoSided { front, back } => nested(front).max(nested(back)),
+        Bsdf::Mask { nested: inner, .. } => own.max(nested(inner)),
+        Bsdf::Blend { first, second, .. } => own.max(nested(first)).max(nested(second)),
+        Bsdf::BumpMap { .. } | Bsdf::NormalMap { .. } => Detail::Derivatives,
+        Bsdf::RoughConductor { alpha_u, alpha_v, .. }
+        | Bsdf::RoughDielectric { alpha_u, alpha_v, .. } => anisotropic(
+            alpha_u == alpha_v
+                || (constant(*alpha_u).is_some() && constant(*alpha_u) == constant(*alpha_v)),
+        ),
+        Bsdf::Principled(p) => anisotropic(constant(p.anisotropic).is_some_and(Rgb::is_black)),
+        _ => own,
     }
 }
 

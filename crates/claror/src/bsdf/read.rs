@@ -1,7 +1,7 @@
 //! From a material's description to its lobes at a point: textures are read, adapters
 //! (`twosided`, `mask`, `blendbsdf`, `bumpmap`, `normalmap`) are resolved.
 
-use super::at_hit::{BsdfAtHit, Lobes, ManyLobes, WeightedLobe};
+use super::at_hit::{BsdfAtHit, DiffuseSide, Lobes, ManyLobes, WeightedLobe};
 use super::conductor::Conductor;
 use super::dielectric::{Dielectric, ThinDielectric};
 use super::diffuse::Diffuse;
@@ -9,6 +9,7 @@ use super::lobe::Lobe;
 use super::microfacet::Microfacets;
 use super::perturb::{self, Guard};
 use super::plastic::{Plastic, base_reflectance};
+use super::prepare::DiffuseSides;
 use super::principled::PrincipledLobe;
 use super::rough_conductor::RoughConductor;
 use super::rough_dielectric::RoughDielectric;
@@ -66,9 +67,16 @@ impl BsdfTable {
         si: &SurfaceInteraction,
         result: &mut BsdfAtHit<'a>,
     ) {
+        let reader = Reader { textures, shapes, si };
+        if let Some(sides) = self.diffuse_sides(id) {
+            // Assigned alone: a choice between variants would be made elsewhere and copied whole.
+            if let Some(side) = reader.diffuse(sides) {
+                result.0 = Lobes::Diffuse(side);
+                return;
+            }
+        }
         let wo = si.frame.to_local(si.wo);
         let place = Place { weight: 1.0, frame: si.frame, shading: si.frame, wo, guard: None };
-        let reader = Reader { textures, shapes, si };
         if let Some(lobe) = self.single(&reader, id, place) {
             result.0 = Lobes::One(lobe);
             return;
@@ -258,6 +266,23 @@ impl<'a> ManyLobes<'a> {
 }
 
 impl Reader<'_> {
+    /// The side of a Lambertian surface that the viewer sees; `None` in its tangent plane where it
+    /// has two.
+    #[inline]
+    fn diffuse(&self, sides: DiffuseSides) -> Option<DiffuseSide> {
+        let cos = self.si.frame.n.dot(self.si.wo);
+        let mut frame = self.si.frame;
+        if cos <= 0.0 {
+            frame.n = -frame.n;
+        }
+        let (reflectance, is_lit) = match sides.back {
+            Some(back) if cos < 0.0 => (back, true),
+            Some(_) if cos == 0.0 => return None,
+            _ => (sides.front, cos > 0.0),
+        };
+        Some(DiffuseSide { frame, reflectance: self.rgb(reflectance), is_lit })
+    }
+
     fn rgb(&self, id: TextureId) -> Rgb {
         self.textures.rgb(self.shapes, id, self.si)
     }

@@ -1,14 +1,13 @@
 //! From emitters to lights: each triangle of a shining mesh is a light of its own, but two
 //! coplanar ones that make a parallelogram are one.
 
-use super::area::{Area, Cylinder, Disk, Ellipsoid, Parallelogram, Triangle};
-use super::light::{AreaLight, Light};
+use super::area::{Area, Cylinder, Disk, Ellipsoid, Parallelogram, SmoothTriangle, Triangle};
+use super::light::{AlignedLight, AreaLight, AreaSource, Light, LightTables};
 use super::spot::Spot;
 use super::{Emitter, EmitterTable};
 use crate::math::Vec3;
 use crate::scene::SceneTables;
 use crate::shape::{Mesh, Shape, ShapeId, ShapeKind};
-use crate::spectrum::Rgb;
 use crate::texture::TextureId;
 
 /// Marks a primitive without light.
@@ -17,7 +16,9 @@ pub(super) const NO_LIGHT: u32 = u32::MAX;
 /// All lights at finite places, and which of them a primitive belongs to.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FlatLights {
-    pub(super) lights: Vec<Light>,
+    pub(super) lights: Vec<AlignedLight>,
+    /// What the shining shapes are.
+    sources: Vec<AreaSource>,
     /// Per shape, where its primitives begin in `light_of`; `NO_LIGHT` for dark shapes.
     first_of_shape: Vec<u32>,
     light_of: Vec<u32>,
@@ -32,11 +33,11 @@ impl FlatLights {
             match *emitter {
                 Emitter::Area { shape, radiance } => flat.add_shape(tables, shape, radiance),
                 Emitter::Point { position, intensity } => {
-                    flat.lights.push(Light::Point { position, intensity });
+                    flat.add_light(Light::Point { position, intensity });
                 }
                 Emitter::Spot { ref to_world, intensity, cutoff_angle, beam_width, texture } => {
                     let spot = Spot::new(to_world, intensity, cutoff_angle, beam_width, texture);
-                    flat.lights.push(Light::Spot(Box::new(spot)));
+                    flat.add_light(Light::Spot(Box::new(spot)));
                 }
                 Emitter::Directional { .. }
                 | Emitter::Constant { .. }
@@ -45,6 +46,11 @@ impl FlatLights {
             }
         }
         flat
+    }
+
+    /// What the lights refer to, in a scene with these tables.
+    pub(super) fn tables<'a>(&'a self, scene: &'a SceneTables) -> LightTables<'a> {
+        LightTables { scene, sources: &self.sources }
     }
 
     /// The light that this primitive of a shape belongs to.
@@ -57,62 +63,67 @@ impl FlatLights {
         (light != NO_LIGHT).then_some(light as usize)
     }
 
+    /// Puts the lights into the order of these numbers of theirs.
+    pub(super) fn reorder(&mut self, order: &[u32]) {
+        let mut new = vec![NO_LIGHT; order.len()];
+        for (i, &old) in order.iter().enumerate() {
+            new[old as usize] = i as u32;
+        }
+        for light in self.light_of.iter_mut().filter(|light| **light != NO_LIGHT) {
+            *light = new[*light as usize];
+        }
+        self.lights = order.iter().map(|&old| self.lights[old as usize].clone()).collect();
+    }
+
     fn add_shape(&mut self, tables: &SceneTables, id: ShapeId, radiance: TextureId) {
         let shape = &tables.shapes.shapes[id.0 as usize];
         let constant = tables.textures.constant(radiance);
-        let light = AreaTemplate {
+        self.sources.push(AreaSource {
             shape: id,
             radiance: constant.unwrap_or_else(|| tables.textures.mean(&tables.shapes, radiance)),
             texture: constant.is_none().then_some(radiance),
-        };
+        });
         self.first_of_shape[id.0 as usize] = self.light_of.len() as u32;
         match shape.kind {
             ShapeKind::Mesh(mesh) => {
-                self.add_mesh(&tables.shapes.meshes[mesh.0 as usize], shape, &light);
+                self.add_mesh(&tables.shapes.meshes[mesh.0 as usize], shape, constant.is_none());
             }
-            _ => self.add(analytic_area(tables, id), 0, &light),
+            _ => self.add(analytic_area(tables, id), 0),
         }
     }
 
-    /// Adds a light for the next primitive; none when its surface is not usable.
-    fn add(&mut self, area: Option<Area>, primitive: u32, light: &AreaTemplate) {
+    /// Adds a light for the next primitive of the last source; none when its surface is not usable.
+    fn add(&mut self, area: Option<Area>, primitive: u32) {
         let index = self.lights.len() as u32;
         self.light_of.push(if area.is_some() { index } else { NO_LIGHT });
-        self.lights.extend(area.map(|area| light.with(area, primitive)));
+        let source = self.sources.len() as u32 - 1;
+        if let Some(area) = area {
+            self.add_light(Light::Area(AreaLight { area, source, primitive }));
+        }
     }
 
-    fn add_mesh(&mut self, mesh: &Mesh, shape: &Shape, light: &AreaTemplate) {
+    fn add_light(&mut self, light: Light) {
+        self.lights.push(AlignedLight(light));
+    }
+
+    fn add_mesh(&mut self, mesh: &Mesh, shape: &Shape, is_textured: bool) {
         let count = mesh.triangles.len() as u32;
         let mut primitive = 0;
         while primitive < count {
             // A texture would need the parameters of either triangle.
-            if light.texture.is_none()
+            if !is_textured
                 && primitive + 1 < count
                 && let Some(area) = merged(mesh, shape, primitive)
             {
-                self.add(Some(Area::Parallelogram(area)), primitive, light);
+                self.add(Some(Area::Parallelogram(area)), primitive);
                 self.light_of.push(self.lights.len() as u32 - 1);
                 primitive += 2;
             } else {
-                let area = triangle(mesh, shape, primitive).map(Area::Triangle);
-                self.add(area, primitive, light);
+                let area = triangle(mesh, shape, primitive);
+                self.add(area, primitive);
                 primitive += 1;
             }
         }
-    }
-}
-
-/// What all lights of a shape have in common.
-struct AreaTemplate {
-    shape: ShapeId,
-    radiance: Rgb,
-    texture: Option<TextureId>,
-}
-
-impl AreaTemplate {
-    fn with(&self, area: Area, primitive: u32) -> Light {
-        let &Self { shape, radiance, texture } = self;
-        Light::Area(AreaLight { area, shape, primitive, radiance, texture })
     }
 }
 
@@ -150,16 +161,15 @@ fn corners(mesh: &Mesh, i: u32) -> [Vec3; 3] {
     mesh.triangles[i as usize].map(|v| mesh.positions[v as usize])
 }
 
-fn triangle(mesh: &Mesh, shape: &Shape, i: u32) -> Option<Triangle> {
+fn triangle(mesh: &Mesh, shape: &Shape, i: u32) -> Option<Area> {
     let corners = corners(mesh, i);
-    match flat_side(mesh, i) {
-        Some(against) => Triangle::new(corners, shape.flip_normals != against, None),
-        None => {
-            let sign = if shape.flip_normals { -1.0 } else { 1.0 };
-            let normals = mesh.triangles[i as usize].map(|v| sign * mesh.normals[v as usize]);
-            Triangle::new(corners, shape.flip_normals, Some(normals))
-        }
+    if let Some(against) = flat_side(mesh, i) {
+        return Triangle::new(corners, shape.flip_normals != against).map(Area::Triangle);
     }
+    let sign = if shape.flip_normals { -1.0 } else { 1.0 };
+    let normals = mesh.triangles[i as usize].map(|v| sign * mesh.normals[v as usize]);
+    let triangle = SmoothTriangle::new(corners, shape.flip_normals, normals)?;
+    Some(Area::SmoothTriangle(Box::new(triangle)))
 }
 
 /// Whether the shading normal is set against the winding, where it is the geometric normal but

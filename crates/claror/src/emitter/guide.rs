@@ -9,10 +9,8 @@
 //! to the one term that matters for light through windows.
 //!
 //! Places are voxels of a grid; a coarser grid steps in where a voxel saw too little. Facing is
-//! the dominant axis of the normal. Directions are 16 × 32 cells of equal solid angle. All counts
-//! are integers, so the guide is the same for any number of threads.
-
-use std::f32::consts::PI;
+//! the dominant axis of the normal. Directions are the cells of a grid on the faces of a cube, which
+//! needs no trigonometry: within a cell the density is uniform on the face. All counts are integers, so the guide is the same for any number of threads.
 
 use rayon::prelude::*;
 
@@ -21,14 +19,14 @@ use crate::math::warp::cosine_hemisphere;
 use crate::math::{Bounds3, Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 
-/// Bands of equal height in z.
-const BANDS: usize = 16;
-/// Sectors of equal angle around z.
-const SECTORS: usize = 32;
-/// Direction cells.
-const CELLS: usize = BANDS * SECTORS;
 /// Facings: the six signed axes.
 const FACINGS: usize = 6;
+/// Cells along an edge of a face of the cube of directions.
+const EDGE: usize = 10;
+/// Direction cells of a face.
+const FACE: usize = EDGE * EDGE;
+/// Direction cells.
+const CELLS: usize = FACINGS * FACE;
 /// Grids from fine to coarse, each with half the resolution of the one before.
 const LEVELS: u32 = 4;
 /// Escapes that a voxel must have seen to be trusted.
@@ -113,21 +111,65 @@ fn facing(n: Vec3) -> u8 {
     2 * axis + u8::from(n[axis as usize] < 0.0)
 }
 
-/// Direction cell of the unit vector `d`.
-fn cell_of(d: Vec3) -> usize {
-    let band = ((0.5 * (d.z + 1.0) * BANDS as f32) as usize).min(BANDS - 1);
-    let turn = d.y.atan2(d.x) * (0.5 / PI);
-    let turn = if turn < 0.0 { turn + 1.0 } else { turn };
-    let sector = ((turn * SECTORS as f32) as usize).min(SECTORS - 1);
-    band * SECTORS + sector
+/// The axes along and across the face of the cube of directions around a signed axis.
+const ACROSS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
+
+/// Direction cell of the unit vector `d`, and density by solid angle, there, of what is uniform in
+/// that cell of the face: with r the vector to the face, dω = du dv / |r|³.
+fn cell_of(d: Vec3) -> (usize, f32) {
+    let face = facing(d) as usize;
+    let axis = face / 2;
+    let scale = 1.0 / d[axis].abs();
+    let [i, j] = ACROSS[axis].map(|a| {
+        // A negative float narrows to 0.
+        let x = (0.5 * EDGE as f32) * (d[a] * scale + 1.0);
+        (x as usize).min(EDGE - 1)
+    });
+    (face * FACE + j * EDGE + i, DENSITY_ON_FACE * scale * scale * scale)
 }
 
-/// Direction inside cell `cell`, uniform by solid angle for `u` uniform in the unit square.
-fn direction_in(cell: usize, u: Vec2) -> Vec3 {
-    let z = 2.0 * ((cell / SECTORS) as f32 + u.y) / BANDS as f32 - 1.0;
-    let phi = 2.0 * PI * ((cell % SECTORS) as f32 + u.x) / SECTORS as f32;
-    let r = (1.0 - z * z).max(0.0).sqrt();
-    Vec3::new(r * phi.cos(), r * phi.sin(), z)
+/// Direction inside cell `cell`, uniform on the face for `u` uniform in the unit square, and its
+/// density by solid angle.
+fn direction_in(cell: usize, u: Vec2) -> (Vec3, f32) {
+    let (face, within) = (cell / FACE, cell % FACE);
+    let axis = face / 2;
+    let mut r = Vec3::ZERO;
+    r[axis] = if face % 2 == 0 { 1.0 } else { -1.0 };
+    r[ACROSS[axis][0]] = ((within % EDGE) as f32 + u.x) * (2.0 / EDGE as f32) - 1.0;
+    r[ACROSS[axis][1]] = ((within / EDGE) as f32 + u.y) * (2.0 / EDGE as f32) - 1.0;
+    let length2 = r.length_squared();
+    let length = length2.sqrt();
+    (r / length, DENSITY_ON_FACE * length2 * length)
+}
+
+/// One over the area of a cell of a face.
+const DENSITY_ON_FACE: f32 = FACE as f32 / 4.0;
+
+/// What the guide knows about a place: cumulative shares of the direction cells.
+#[derive(Debug, Clone, Copy)]
+pub struct GuidedDirections<'a>(&'a [f32]);
+
+impl GuidedDirections<'_> {
+    /// A direction and its density by solid angle; `None` where rounding leaves none.
+    pub fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let shares = self.0;
+        let cell = shares.partition_point(|&c| c <= u.x).min(CELLS - 1);
+        let before = if cell == 0 { 0.0 } else { shares[cell - 1] };
+        let share = shares[cell] - before;
+        if share <= 0.0 {
+            return None;
+        }
+        let within = ((u.x - before) / share).clamp(0.0, 1.0 - f32::EPSILON);
+        let (direction, density) = direction_in(cell, Vec2::new(within, u.y));
+        Some((direction, share * density))
+    }
+
+    /// Density by solid angle with which [`GuidedDirections::sample`] chooses the unit vector `d`.
+    pub fn pdf(&self, d: Vec3) -> f32 {
+        let (cell, density) = cell_of(d);
+        let before = if cell == 0 { 0.0 } else { self.0[cell - 1] };
+        (self.0[cell] - before) * density
+    }
 }
 
 impl EnvironmentGuide {
@@ -227,39 +269,14 @@ impl EnvironmentGuide {
         }
     }
 
-    /// The cumulative shares that serve the place `p` with normal `n`.
-    fn shares(&self, p: Vec3, n: Vec3) -> Option<&[f32]> {
+    /// What was learned for the place `p` with unit normal `n` (on the lit side), if anything was.
+    #[inline]
+    pub fn at(&self, p: Vec3, n: Vec3) -> Option<GuidedDirections<'_>> {
         let slot = self.grid.index(self.grid.voxel(p), 0) * FACINGS + facing(n) as usize;
         let d = self.density_of[slot];
-        (d != NONE).then(|| &self.cumulative[d as usize * CELLS..(d as usize + 1) * CELLS])
-    }
-
-    /// True when something was learned for the place `p` with unit normal `n` (on the lit side).
-    pub fn knows(&self, p: Vec3, n: Vec3) -> bool {
-        self.shares(p, n).is_some()
-    }
-
-    /// A direction for the place `p` with unit normal `n`, and its density by solid angle;
-    /// `None` where [`EnvironmentGuide::knows`] says no.
-    pub fn sample(&self, p: Vec3, n: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
-        let shares = self.shares(p, n)?;
-        let cell = shares.partition_point(|&c| c <= u.x).min(CELLS - 1);
-        let before = if cell == 0 { 0.0 } else { shares[cell - 1] };
-        let share = shares[cell] - before;
-        if share <= 0.0 {
-            return None;
-        }
-        let within = ((u.x - before) / share).clamp(0.0, 1.0 - f32::EPSILON);
-        Some((direction_in(cell, Vec2::new(within, u.y)), share * DENSITY_PER_SHARE))
-    }
-
-    /// Density by solid angle with which [`EnvironmentGuide::sample`] chooses the unit vector
-    /// `d`; 0 where nothing was learned.
-    pub fn pdf(&self, p: Vec3, n: Vec3, d: Vec3) -> f32 {
-        let Some(shares) = self.shares(p, n) else { return 0.0 };
-        let cell = cell_of(d);
-        let before = if cell == 0 { 0.0 } else { shares[cell - 1] };
-        (shares[cell] - before) * DENSITY_PER_SHARE
+        (d != NONE).then(|| {
+            GuidedDirections(&self.cumulative[d as usize * CELLS..(d as usize + 1) * CELLS])
+        })
     }
 
     /// Memory of the tables, bytes.
@@ -267,9 +284,6 @@ impl EnvironmentGuide {
         4 * (self.density_of.len() + self.cumulative.len())
     }
 }
-
-/// One over the solid angle of a direction cell.
-const DENSITY_PER_SHARE: f32 = CELLS as f32 / (4.0 * PI);
 
 /// Walks from `ray` with cosine-distributed bounces; notes the segment that leaves, unless it is
 /// the camera's own. Returns the number of segments after the camera's.
@@ -285,7 +299,7 @@ fn walk(
     for segment in 0..=MAX_SEGMENTS {
         let Some(si) = intersect(&ray) else {
             if let Some((p, n)) = from {
-                escapes.push(Escape { p, facing: facing(n), cell: cell_of(ray.d) as u16 });
+                escapes.push(Escape { p, facing: facing(n), cell: cell_of(ray.d).0 as u16 });
             }
             return u64::from(segment);
         };
@@ -304,30 +318,32 @@ fn mean_radiance_per_cell(radiance: impl Fn(Vec3) -> f32) -> [f32; CELLS] {
     std::array::from_fn(|cell| {
         let at = |i: usize| {
             let u = Vec2::new(((i % N) as f32 + 0.5) / N as f32, ((i / N) as f32 + 0.5) / N as f32);
-            radiance(direction_in(cell, u))
+            radiance(direction_in(cell, u).0)
         };
         (0..N * N).map(at).sum::<f32>() / (N * N) as f32
     })
 }
 
 /// Cumulative shares of the direction cells: escapes times radiance. A fifth of each cell's
-/// count is spread over its four neighbours, since the counts are few and the voxels not points.
+/// count is spread over its four neighbours on the face, since the counts are few and the voxels
+/// not points.
 fn cumulative_shares(counts: &[u32; CELLS], mean_radiance: &[f32; CELLS]) -> [f32; CELLS] {
     let mut weight = [0.0_f32; CELLS];
     for (cell, &n) in counts.iter().enumerate() {
         if n == 0 {
             continue;
         }
-        let (band, sector) = (cell / SECTORS, cell % SECTORS);
+        let face = cell - cell % FACE;
+        let (j, i) = (cell % FACE / EDGE, cell % EDGE);
         let neighbours = [
-            (band.saturating_sub(1), sector),
-            ((band + 1).min(BANDS - 1), sector),
-            (band, (sector + 1) % SECTORS),
-            (band, (sector + SECTORS - 1) % SECTORS),
+            (j.saturating_sub(1), i),
+            ((j + 1).min(EDGE - 1), i),
+            (j, i.saturating_sub(1)),
+            (j, (i + 1).min(EDGE - 1)),
         ];
         weight[cell] += 0.8 * n as f32;
-        for (b, s) in neighbours {
-            weight[b * SECTORS + s] += 0.05 * n as f32;
+        for (j, i) in neighbours {
+            weight[face + j * EDGE + i] += 0.05 * n as f32;
         }
     }
     let mut total = 0.0_f64;
@@ -360,7 +376,7 @@ mod tests {
                 Escape {
                     p: Vec3::new(4.0 * a.x, 4.0 * a.y, 0.0),
                     facing: facing(Vec3::Z),
-                    cell: cell_of((towards + 0.4 * spread).normalize()) as u16,
+                    cell: cell_of((towards + 0.4 * spread).normalize()).0 as u16,
                 }
             })
             .collect();
@@ -371,9 +387,11 @@ mod tests {
     fn direction_cells_are_inverse_to_their_sampling() {
         for cell in 0..CELLS {
             for u in [Vec2::new(0.01, 0.02), Vec2::new(0.5, 0.5), Vec2::new(0.99, 0.97)] {
-                let d = direction_in(cell, u);
+                let (d, density) = direction_in(cell, u);
                 assert!((d.length() - 1.0).abs() < 1e-5);
-                assert_eq!(cell_of(d), cell);
+                let (found, same_density) = cell_of(d);
+                assert_eq!(found, cell);
+                assert!((density - same_density).abs() < 1e-5 * density);
             }
         }
     }
@@ -382,18 +400,20 @@ mod tests {
     fn density_is_that_of_the_samples_and_integrates_to_one() {
         let guide = guide_towards(Vec3::new(0.8, 0.1, 0.6));
         let (p, n) = (Vec3::new(1.3, 2.2, 0.0), Vec3::new(0.1, 0.2, 0.97).normalize());
+        let known = guide.at(p, n).expect("the guide knows this place");
         let settings = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 1 };
         let count = 1 << 16;
         let mut histogram = vec![0_u32; CELLS];
         for i in 0..count {
             let u = Sampler::new(&settings, (0, 0), i).next_2d();
-            let (d, pdf) = guide.sample(p, n, u).expect("the guide knows this place");
-            assert!((pdf - guide.pdf(p, n, d)).abs() <= 1e-4 * pdf);
-            histogram[cell_of(d)] += 1;
+            let (d, pdf) = known.sample(u).expect("a direction");
+            assert!((pdf - known.pdf(d)).abs() <= 1e-4 * pdf);
+            histogram[cell_of(d).0] += 1;
         }
         let mut integral = 0.0;
         for (cell, &n_cell) in histogram.iter().enumerate() {
-            let share = guide.pdf(p, n, direction_in(cell, Vec2::splat(0.5))) / DENSITY_PER_SHARE;
+            let (middle, density) = direction_in(cell, Vec2::splat(0.5));
+            let share = known.pdf(middle) / density;
             // Scrambled Sobol points fill intervals to within a few points.
             assert!((share - n_cell as f32 / count as f32).abs() < 4.0 / count as f32 + 1e-6);
             integral += share;
@@ -409,7 +429,7 @@ mod tests {
         let near = (0..1024)
             .filter_map(|i| {
                 let u = Sampler::new(&settings, (1, 0), i).next_2d();
-                guide.sample(Vec3::new(3.0, 1.0, 0.0), Vec3::Z, u)
+                guide.at(Vec3::new(3.0, 1.0, 0.0), Vec3::Z)?.sample(u)
             })
             .filter(|(d, _)| d.dot(window) > 0.8)
             .count();
@@ -419,8 +439,7 @@ mod tests {
     #[test]
     fn unknown_facings_are_left_to_the_caller() {
         let guide = guide_towards(Vec3::Z);
-        assert!(!guide.knows(Vec3::ZERO, -Vec3::Z));
-        assert!(guide.sample(Vec3::ZERO, -Vec3::Z, Vec2::splat(0.5)).is_none());
-        assert_eq!(guide.pdf(Vec3::ZERO, -Vec3::Z, Vec3::Z), 0.0);
+        assert!(guide.at(Vec3::ZERO, -Vec3::Z).is_none());
+        assert!(guide.at(Vec3::ZERO, Vec3::Z).is_some());
     }
 }

@@ -5,7 +5,7 @@
 //! of the mixture.
 
 use super::envmap::Envmap;
-use super::guide::EnvironmentGuide;
+use super::guide::{EnvironmentGuide, GuidedDirections};
 use super::{Emitter, LightError, LightReference, LightSample};
 use crate::math::distribution::Cumulative;
 use crate::math::warp::{
@@ -48,7 +48,7 @@ pub(super) struct InfiniteLights {
 
 /// Share of the guide, where there is one, in sampling a light that fills the sky. The rest keeps
 /// the small bright parts of environment maps, which the guide's coarse cells blur.
-const GUIDE_SHARE: f32 = 0.75;
+const GUIDE_SHARE: f32 = 0.9;
 
 impl Infinite {
     fn new(
@@ -186,10 +186,9 @@ impl InfiniteLights {
         self.guide.is_some()
     }
 
-    /// The guide, and the normal to ask it with, where it knows the reference.
-    fn guide_at(&self, at: &LightReference) -> Option<(&EnvironmentGuide, Vec3)> {
-        let (guide, n) = (self.guide.as_deref()?, at.n?);
-        guide.knows(at.p, n).then_some((guide, n))
+    /// What the guide knows about the reference.
+    fn guide_at(&self, at: &LightReference) -> Option<GuidedDirections<'_>> {
+        self.guide.as_deref()?.at(at.p, at.n?)
     }
 
     /// The density of the result is without that of the choice of infinite lights at all.
@@ -205,21 +204,20 @@ impl InfiniteLights {
         }
         let (i, probability, u_method) = self.choice.sample(u_select);
         let light = &self.lights[i];
-        let guided = match self.guide_at(at) {
-            Some((guide, n)) if light.fills_sky() && u_method < GUIDE_SHARE => {
-                Some(guide.sample(at.p, n, u)?.0)
-            }
+        let guide = self.guide_at(at);
+        let guided = match &guide {
+            Some(guide) if light.fills_sky() && u_method < GUIDE_SHARE => Some(guide.sample(u)?.0),
             _ => None,
         };
         let is_delta = matches!(light, Infinite::Directional { .. });
         let (wi, radiance, pdf) = match guided {
-            Some(wi) => (wi, self.radiance(tables, wi), self.pdf(at, wi)),
+            Some(wi) => (wi, self.radiance(tables, wi), self.mixture_pdf(guide, at.n, wi)),
             None => {
                 let (wi, radiance, pdf) = light.sample(tables, at.n, u)?;
                 if is_delta || (self.lights.len() == 1 && self.guide.is_none()) {
                     (wi, radiance, pdf * probability)
                 } else {
-                    (wi, self.radiance(tables, wi), self.pdf(at, wi))
+                    (wi, self.radiance(tables, wi), self.mixture_pdf(guide, at.n, wi))
                 }
             }
         };
@@ -238,9 +236,13 @@ impl InfiniteLights {
         if self.irradiance <= 0.0 {
             return 0.0;
         }
-        let guided = self.guide_at(at).map(|(guide, n)| guide.pdf(at.p, n, d));
+        self.mixture_pdf(self.guide_at(at), at.n, d)
+    }
+
+    fn mixture_pdf(&self, guide: Option<GuidedDirections<'_>>, n: Option<Vec3>, d: Vec3) -> f32 {
+        let guided = guide.map(|guide| guide.pdf(d));
         let share = |(i, l): (usize, &Infinite)| {
-            let own = l.pdf(at.n, d);
+            let own = l.pdf(n, d);
             let pdf = match guided {
                 Some(guided) if l.fills_sky() => own + GUIDE_SHARE * (guided - own),
                 _ => own,

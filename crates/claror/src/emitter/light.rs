@@ -20,24 +20,46 @@ pub(super) enum Light {
     Spot(Box<Spot>),
 }
 
+/// A light in a line of the cache of its own: among very many, to fetch it from memory is what
+/// takes the time.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+pub(super) struct AlignedLight(pub(super) Light);
+
+const _: () = assert!(size_of::<AlignedLight>() == 64);
+
 /// A shining surface: a shape, or a triangle of a mesh, or two of them.
 #[derive(Debug, Clone)]
 pub(super) struct AreaLight {
     pub(super) area: Area,
-    pub(super) shape: ShapeId,
+    /// Index of its [`AreaSource`].
+    pub(super) source: u32,
     /// Triangle of a mesh.
     pub(super) primitive: u32,
+}
+
+/// What all lights of a shape have in common.
+#[derive(Debug, Clone)]
+pub(super) struct AreaSource {
+    pub(super) shape: ShapeId,
     /// Radiance; the mean of the texture where it varies.
     pub(super) radiance: Rgb,
     /// Where the radiance varies.
     pub(super) texture: Option<TextureId>,
 }
 
+/// What lights refer to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LightTables<'a> {
+    pub(super) scene: &'a SceneTables,
+    pub(super) sources: &'a [AreaSource],
+}
+
 impl Light {
     /// A direction towards the light. `probability` is that of the light's choice.
     pub(super) fn sample(
         &self,
-        tables: &SceneTables,
+        tables: LightTables,
         from: Vec3,
         u: Vec2,
         probability: f32,
@@ -51,7 +73,7 @@ impl Light {
                 let intensity = |d: Vec3| {
                     let (share, uv) = spot.falloff(d)?;
                     let color = spot.texture.map_or(Rgb::WHITE, |id| {
-                        tables.textures.rgb(&tables.shapes, id, &bare_interaction(uv))
+                        tables.scene.textures.rgb(&tables.scene.shapes, id, &bare_interaction(uv))
                     });
                     Some(spot.intensity * color * share)
                 };
@@ -75,20 +97,23 @@ impl Light {
     }
 
     /// Intensity (W·sr⁻¹) in the direction in which most is emitted, about; mean of the channels.
-    pub(super) fn intensity(&self, tables: &SceneTables) -> f32 {
+    pub(super) fn intensity(&self, tables: LightTables) -> f32 {
         let intensity = match self {
             Self::Area(light) => {
                 let area = light.area.area();
                 let turned_to_one_side = match light.area {
-                    Area::Triangle(_) | Area::Parallelogram(_) | Area::Disk(_) => area,
+                    Area::Triangle(_)
+                    | Area::SmoothTriangle(_)
+                    | Area::Parallelogram(_)
+                    | Area::Disk(_) => area,
                     // A convex body's mean projection is a quarter of its surface (Cauchy).
                     Area::Ellipsoid(_) | Area::Cylinder(_) => 0.25 * area,
                 };
-                light.radiance.mean() * turned_to_one_side
+                tables.sources[light.source as usize].radiance.mean() * turned_to_one_side
             }
             Self::Point { intensity, .. } => intensity.mean(),
             Self::Spot(spot) => {
-                let mean = |id| tables.textures.mean(&tables.shapes, id);
+                let mean = |id| tables.scene.textures.mean(&tables.scene.shapes, id);
                 (spot.intensity * spot.texture.map_or(Rgb::WHITE, mean)).mean()
             }
         };
@@ -96,7 +121,7 @@ impl Light {
     }
 
     /// Power (W), about; mean of the channels.
-    pub(super) fn power(&self, tables: &SceneTables) -> f32 {
+    pub(super) fn power(&self, tables: LightTables) -> f32 {
         let solid_angle = match self {
             Self::Area(light) => match light.area {
                 Area::Ellipsoid(_) | Area::Cylinder(_) => 4.0 * PI,
@@ -136,19 +161,22 @@ fn from_point(
 impl AreaLight {
     fn sample(
         &self,
-        tables: &SceneTables,
+        tables: LightTables,
         from: Vec3,
         u: Vec2,
         probability: f32,
     ) -> Option<LightSample> {
         let sample = self.area.sample(from, u)?;
-        if self.is_smooth() && self.shading_normal(tables, sample.uv).dot(sample.wi) >= 0.0 {
+        let (tables, source) = (tables.scene, &tables.sources[self.source as usize]);
+        if self.is_smooth()
+            && self.shading_normal(tables, source.shape, sample.uv).dot(sample.wi) >= 0.0
+        {
             return None;
         }
-        let radiance = match self.texture {
-            None => self.radiance,
+        let radiance = match source.texture {
+            None => source.radiance,
             Some(id) => {
-                let si = self.interaction(tables, sample.uv);
+                let si = self.interaction(tables, source.shape, sample.uv);
                 tables.textures.rgb(&tables.shapes, id, &si)
             }
         };
@@ -168,14 +196,14 @@ impl AreaLight {
 
     /// Whether the shading normal decides where it shines to.
     fn is_smooth(&self) -> bool {
-        matches!(&self.area, Area::Triangle(triangle) if triangle.is_smooth())
+        matches!(self.area, Area::SmoothTriangle(_))
     }
 
     /// The normal, not normalised, that the mesh interpolates at these barycentrics.
-    fn shading_normal(&self, tables: &SceneTables, barycentric: Vec2) -> Vec3 {
-        let shape = &tables.shapes.shapes[self.shape.0 as usize];
-        let ShapeKind::Mesh(id) = shape.kind else { return Vec3::ZERO };
-        let mesh = &tables.shapes.meshes[id.0 as usize];
+    fn shading_normal(&self, tables: &SceneTables, id: ShapeId, barycentric: Vec2) -> Vec3 {
+        let shape = &tables.shapes.shapes[id.0 as usize];
+        let ShapeKind::Mesh(mesh) = shape.kind else { return Vec3::ZERO };
+        let mesh = &tables.shapes.meshes[mesh.0 as usize];
         let [a, b, c] =
             mesh.triangles[self.primitive as usize].map(|vertex| mesh.normals[vertex as usize]);
         let Vec2 { x: u, y: v } = barycentric;
@@ -184,11 +212,16 @@ impl AreaLight {
     }
 
     /// What a texture needs to know about the point with these parameters.
-    fn interaction(&self, tables: &SceneTables, parameters: Vec2) -> SurfaceInteraction {
+    fn interaction(
+        &self,
+        tables: &SceneTables,
+        id: ShapeId,
+        parameters: Vec2,
+    ) -> SurfaceInteraction {
         let mut uv = parameters;
-        let shape = &tables.shapes.shapes[self.shape.0 as usize];
-        if let ShapeKind::Mesh(id) = shape.kind {
-            let mesh = &tables.shapes.meshes[id.0 as usize];
+        let shape = &tables.shapes.shapes[id.0 as usize];
+        if let ShapeKind::Mesh(mesh) = shape.kind {
+            let mesh = &tables.shapes.meshes[mesh.0 as usize];
             if !mesh.uvs.is_empty() {
                 let [a, b, c] =
                     mesh.triangles[self.primitive as usize].map(|v| mesh.uvs[v as usize]);
@@ -196,7 +229,7 @@ impl AreaLight {
             }
         }
         SurfaceInteraction {
-            shape: self.shape,
+            shape: id,
             primitive: self.primitive,
             barycentric: parameters,
             ..bare_interaction(uv)
@@ -212,10 +245,7 @@ fn bare_interaction(uv: Vec2) -> SurfaceInteraction {
         ng: Vec3::Z,
         frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
         uv,
-        dp_du: Vec3::X,
-        dp_dv: Vec3::Y,
-        dn_du: Vec3::ZERO,
-        dn_dv: Vec3::ZERO,
+        derivatives: None,
         wo: Vec3::Z,
         t: 0.0,
         shape: ShapeId(0),

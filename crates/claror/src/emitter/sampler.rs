@@ -4,8 +4,8 @@ use super::Emitter;
 use super::flatten::FlatLights;
 use super::guide::EnvironmentGuide;
 use super::infinite::InfiniteLights;
-use super::light::Light;
-use super::tree::{LightTree, Receiver};
+use super::light::{AlignedLight, Light};
+use super::tree::{LightTree, Receiver, Shares};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::SceneTables;
@@ -87,10 +87,14 @@ pub struct LightSampler {
 impl LightSampler {
     /// Flattens the emitters into lights and makes the tables.
     pub fn build(tables: &SceneTables) -> Result<Self, LightError> {
-        let flat = FlatLights::new(tables);
-        let leaves: Vec<_> =
-            flat.lights.iter().map(|l| (l.extent(), l.intensity(tables))).collect();
-        let tree = LightTree::build(&leaves);
+        let mut flat = FlatLights::new(tables);
+        let leaves: Vec<_> = flat
+            .lights
+            .iter()
+            .map(|AlignedLight(l)| (l.extent(), l.intensity(flat.tables(tables))))
+            .collect();
+        let mut tree = LightTree::build(&leaves);
+        flat.reorder(&tree.renumber());
         Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
     }
 
@@ -117,7 +121,7 @@ impl LightSampler {
 
     /// Power of all lights at finite places (W), about; mean of the channels.
     pub fn power(&self, tables: &SceneTables) -> f32 {
-        self.flat.lights.iter().map(|l| l.power(tables)).sum()
+        self.flat.lights.iter().map(|AlignedLight(l)| l.power(self.flat.tables(tables))).sum()
     }
 
     /// Whether rays that leave the scene may see light.
@@ -137,14 +141,29 @@ impl LightSampler {
         u: Vec2,
     ) -> Option<LightSample> {
         let at = Receiver { p: reference.p, n: reference.n };
-        let share = self.infinite_share(&at);
+        if self.infinite.irradiance == 0.0 {
+            let (light, probability) = self.tree.sample(&at, with_more_bits(u_select, u))?;
+            return self.flat.lights[light].0.sample(
+                self.flat.tables(tables),
+                reference.p,
+                u,
+                probability,
+            );
+        }
+        let root = self.tree.at_root(&at);
+        let share = self.infinite_share(root.as_ref());
         if u_select < share {
             let sample = self.infinite.sample(tables, reference, u_select / share, u)?;
             return Some(LightSample { pdf: sample.pdf * share, ..sample });
         }
         let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
-        let (light, probability) = self.tree.sample(&at, u_tree)?;
-        self.flat.lights[light].sample(tables, reference.p, u, probability * (1.0 - share))
+        let (light, probability) = self.tree.sample_from(&root?, &at, u_tree)?;
+        self.flat.lights[light].0.sample(
+            self.flat.tables(tables),
+            reference.p,
+            u,
+            probability * (1.0 - share),
+        )
     }
 
     /// Density by solid angle with which [`LightSampler::sample`] chooses the direction `wi` by
@@ -158,13 +177,13 @@ impl LightSampler {
         hit: &SurfaceInteraction,
     ) -> f32 {
         let Some(index) = self.flat.light_of(hit.shape, hit.primitive) else { return 0.0 };
-        let Light::Area(light) = &self.flat.lights[index] else { return 0.0 };
+        let Light::Area(light) = &self.flat.lights[index].0 else { return 0.0 };
         let at = Receiver { p: reference.p, n: reference.n };
         let probability = self.tree.probability(&at, index);
         if probability == 0.0 {
             return 0.0;
         }
-        let share = self.infinite_share(&at);
+        let share = self.infinite_share_at(&at);
         light.area.pdf(reference.p, wi, hit.p, hit.ng) * probability * (1.0 - share)
     }
 
@@ -178,7 +197,7 @@ impl LightSampler {
         wi: Vec3,
     ) -> f32 {
         let at = Receiver { p: reference.p, n: reference.n };
-        let share = self.infinite_share(&at);
+        let share = self.infinite_share_at(&at);
         if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference, wi) }
     }
 
@@ -201,14 +220,21 @@ impl LightSampler {
         }
     }
 
-    /// Probability of choosing an infinitely far light: its share of the irradiance to be
-    /// expected.
-    fn infinite_share(&self, at: &Receiver) -> f32 {
-        let far = self.infinite.irradiance;
-        if far == 0.0 {
+    /// Probability of choosing an infinitely far light.
+    #[inline]
+    fn infinite_share_at(&self, at: &Receiver) -> f32 {
+        if self.infinite.irradiance == 0.0 {
             return 0.0;
         }
-        let near = self.tree.irradiance(at);
+        self.infinite_share(self.tree.at_root(at).as_ref())
+    }
+
+    /// The same, where there are such lights: their share of the irradiance to be expected. `near`
+    /// is what the root of the tree says of all others.
+    #[inline]
+    fn infinite_share(&self, near: Option<&Shares>) -> f32 {
+        let far = self.infinite.irradiance;
+        let near = near.map_or(0.0, |shares| shares.sum() as f32);
         if near == 0.0 {
             return 1.0;
         }

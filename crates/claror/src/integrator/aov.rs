@@ -1,7 +1,7 @@
 //! Layers that describe the visible surface instead of its light (Mitsuba's `aov`).
 
-use crate::interaction::SurfaceInteraction;
-use crate::math::Ray;
+use crate::interaction::{Detail, SurfaceDerivatives, SurfaceInteraction};
+use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
 
 /// A further layer of the picture.
@@ -111,7 +111,7 @@ impl AovKind {
 /// overwritten.
 pub fn eval_aovs(scene: &Scene, aovs: &[Aov], ray: &Ray, values: &mut Vec<f32>) {
     values.clear();
-    let hit = scene.intersect(ray);
+    let hit = scene.intersect_with(ray, Detail::Derivatives);
     for aov in aovs {
         match &hit {
             Some(si) => push(scene, aov.kind, si, values),
@@ -121,6 +121,9 @@ pub fn eval_aovs(scene: &Scene, aovs: &[Aov], ray: &Ray, values: &mut Vec<f32>) 
 }
 
 fn push(scene: &Scene, kind: AovKind, si: &SurfaceInteraction, values: &mut Vec<f32>) {
+    let dp = |which: fn(&SurfaceDerivatives) -> Vec3| {
+        si.derivatives.as_ref().map_or(Vec3::ZERO, which).to_array()
+    };
     match kind {
         AovKind::Albedo => {
             let tables = &scene.tables;
@@ -133,8 +136,8 @@ fn push(scene: &Scene, kind: AovKind, si: &SurfaceInteraction, values: &mut Vec<
         AovKind::Uv => values.extend(si.uv.to_array()),
         AovKind::GeometricNormal => values.extend(si.ng.to_array()),
         AovKind::ShadingNormal => values.extend(si.frame.n.to_array()),
-        AovKind::DpDu => values.extend(si.dp_du.to_array()),
-        AovKind::DpDv => values.extend(si.dp_dv.to_array()),
+        AovKind::DpDu => values.extend(dp(|d| d.dp_du)),
+        AovKind::DpDv => values.extend(dp(|d| d.dp_dv)),
         // Exact up to 2^24, as any index that is stored as f32.
         AovKind::PrimitiveIndex => values.push(si.primitive as f32),
         AovKind::ShapeIndex => values.push(si.shape.0 as f32),

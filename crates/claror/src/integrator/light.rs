@@ -97,6 +97,11 @@ pub(super) fn camera_hit(
         if !hide_emitters || scene.tables.shapes.shapes[si.shape.0 as usize].emitter.is_none() {
             return Some(si);
         }
-        *ray = Ray { o: si.spawn_origin(ray.d), d: ray.d, t_max: ray.t_max - si.t };
+        *ray = past(&si, ray);
     }
+}
+
+/// The rest of a ray behind the surface that it met.
+pub(super) fn past(si: &SurfaceInteraction, ray: &Ray) -> Ray {
+    Ray { o: si.spawn_origin(ray.d), d: ray.d, t_max: ray.t_max - si.t }
 }

@@ -37,6 +37,8 @@ pub struct IntegratorSettings {
     pub max_depth: Option<u32>,
     /// From this depth on paths end by Russian roulette.
     pub rr_depth: u32,
+    /// Paths that have become weak may end before.
+    pub early_roulette: bool,
     /// Emitters seen directly are left out.
     pub hide_emitters: bool,
 }
@@ -44,7 +46,13 @@ pub struct IntegratorSettings {
 impl Default for IntegratorSettings {
     /// Mitsuba's defaults of `path`.
     fn default() -> Self {
-        Self { kind: IntegratorKind::Path, max_depth: None, rr_depth: 5, hide_emitters: false }
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            early_roulette: true,
+            hide_emitters: false,
+        }
     }
 }
 

@@ -228,6 +228,58 @@ fn environments_are_seen_and_hidden() {
     ball.expect(4, RHO.map(|r| 3.0 * r));
 }
 
+/// A room lit by the sky through a window: where the sky is seen from is learned. That must change
+/// nothing but the noise, of which it leaves less than half.
+#[test]
+fn learning_where_the_sky_is_seen_changes_only_the_noise() {
+    let mut t = TestScene::default();
+    let grey = t.diffuse(rho());
+    let mut wall = |center: DVec3, z: DVec3, scale: DVec3| {
+        t.shape(ShapeKind::Rectangle(place(center, z, scale)), grey);
+    };
+    for axis in [DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z] {
+        wall(axis, -axis, DVec3::ONE);
+    }
+    // The wall at x = -1 is nine squares without the middle one.
+    for i in (0..9).filter(|&i| i != 4) {
+        let at = |i: i32| f64::from(i - 1) * 2.0 / 3.0;
+        wall(DVec3::new(-1.0, at(i % 3), at(i / 3)), DVec3::X, DVec3::splat(1.0 / 3.0));
+    }
+    t.tables.emitters.emitters.push(Emitter::Constant { radiance: Rgb::splat(3.0) });
+    t.camera(DVec3::new(0.9, 0.1, 0.1), DVec3::new(0.2, -1.0, 0.0), 5.0, 64);
+    let mut scene = t.build();
+    assert!(scene.lights.needs_choice(), "a guide was learned");
+    let guided = Measured::new(&scene, &depth(None), 250_000);
+    scene.lights.set_guide(None);
+    assert!(!scene.lights.needs_choice());
+    let unguided = Measured::new(&scene, &depth(None), 1_000_000);
+    for part in [1, 2, 4] {
+        for ((a, a_error), (b, b_error)) in guided.parts[part].into_iter().zip(unguided.parts[part])
+        {
+            assert!(SIGMAS * a_error.hypot(b_error) < 0.03 * b, "too few samples");
+            assert!((a - b).abs() < SIGMAS * a_error.hypot(b_error), "part {part}: {a}, {b}");
+            // A quarter of the samples would double the error.
+            assert!(a_error < b_error * 2.0 / 2.0_f64.sqrt(), "part {part}: noise {a_error}");
+        }
+    }
+}
+
+/// Roulette before `rr_depth` changes only noise and time.
+#[test]
+fn early_roulette_changes_only_the_noise() {
+    let mut t = mixed_room(16);
+    t.tables.sensors.clear();
+    t.camera(DVec3::new(0.0, 0.0, -0.95), DVec3::new(0.0, -1.0, 0.5), 5.0, 16);
+    let scene = t.build();
+    let with = Measured::new(&scene, &depth(None), 200_000);
+    let late = IntegratorSettings { early_roulette: false, ..depth(None) };
+    let without = Measured::new(&scene, &late, 200_000);
+    for ((a, a_error), (b, b_error)) in with.parts[4].into_iter().zip(without.parts[4]) {
+        assert!(SIGMAS * a_error.hypot(b_error) < 0.03 * b, "too few samples");
+        assert!((a - b).abs() < SIGMAS * a_error.hypot(b_error), "{a} with, {b} without");
+    }
+}
+
 #[test]
 fn depth_is_the_distance_from_the_near_plane() {
     let mut t = TestScene::default();

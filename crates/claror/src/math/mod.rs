@@ -11,7 +11,7 @@ pub mod warp;
 pub use frame::Frame;
 pub use glam::{
     Affine3A, DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Mat3A, Mat4, Vec2, Vec3, Vec3A,
-    Vec4,
+    Vec3Swizzles, Vec4,
 };
 pub use ray::Ray;
 pub use transform::Transform;

@@ -36,6 +36,7 @@ impl Fingerprint {
             ("integrator", format!("{:?}", integrator.kind)),
             ("max_depth", depth),
             ("rr_depth", integrator.rr_depth.to_string()),
+            ("early_roulette", integrator.early_roulette.to_string()),
             ("hide_emitters", integrator.hide_emitters.to_string()),
             ("further layers", aovs.join(",")),
             ("shapes", scene.tables.shapes.shapes.len().to_string()),

@@ -5,7 +5,7 @@
 use super::*;
 use crate::accel::Accel;
 use crate::bsdf::BsdfId;
-use crate::interaction::SurfaceInteraction;
+use crate::interaction::{Detail, SurfaceDerivatives, SurfaceInteraction};
 use crate::math::{DAffine3, DVec3, Ray};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -24,7 +24,11 @@ fn placed(table: &ShapeTable, transform: Transform) -> ShapeTable {
 fn meet(table: &ShapeTable, o: Vec3, d: Vec3) -> Option<SurfaceInteraction> {
     let accel = Accel::build(table).unwrap();
     let ray = Ray::new(o, d.normalize());
-    accel.intersect(table, &ray).map(|hit| table.interaction(&ray, &hit))
+    accel.intersect(table, &ray).map(|hit| table.interaction(&ray, &hit, Detail::Derivatives))
+}
+
+fn derivatives(si: &SurfaceInteraction) -> SurfaceDerivatives {
+    si.derivatives.expect("they were asked for")
 }
 
 /// Turned by 40° and moved, after the given scaling.
@@ -71,17 +75,19 @@ fn assert_derivatives(table: &ShapeTable, o: Vec3, toward: Vec3, with_normals: b
         let b = meet(table, o, d + along * step).unwrap();
         let c = meet(table, o, d - along * step).unwrap();
         let (duv, dp) = (b.uv - c.uv, b.p - c.p);
-        let want = a.dp_du * duv.x + a.dp_dv * duv.y;
+        let want = derivatives(&a).dp_du * duv.x + derivatives(&a).dp_dv * duv.y;
         assert!(dp.distance(want) < 1e-2 * dp.length() + 1e-6, "{what}: {dp} is not {want}");
         if with_normals {
             let dn = b.frame.n - c.frame.n;
-            let want = a.dn_du * duv.x + a.dn_dv * duv.y;
+            let want = derivatives(&a).dn_du * duv.x + derivatives(&a).dn_dv * duv.y;
             assert!(dn.distance(want) < 1e-2 * dn.length() + 2e-5, "{what}: {dn} is not {want}");
         }
     }
     let si = a;
     assert!((si.frame.n.length() - 1.0).abs() < 1e-5 && (si.ng.length() - 1.0).abs() < 1e-5);
-    assert!(si.frame.s.dot(si.dp_du) > 0.0 && si.frame.s.dot(si.frame.n).abs() < 1e-5);
+    assert!(
+        si.frame.s.dot(derivatives(&si).dp_du) > 0.0 && si.frame.s.dot(si.frame.n).abs() < 1e-5
+    );
     assert!(si.p.distance(o + si.t * (toward - o).normalize()) < 1e-5 * (1.0 + si.t), "{what}");
     assert!(si.offset > 0.0 && si.offset < 1e-4);
 }
@@ -133,8 +139,8 @@ fn rectangles_lie_in_the_unit_square() {
     assert_uv(&si, 0.65, 0.6);
     assert_near(si.p, Vec3::new(0.3, 0.2, 0.0));
     assert_near(si.ng, Vec3::Z);
-    assert_near(si.dp_du, 2.0 * Vec3::X);
-    assert_near(si.dp_dv, 2.0 * Vec3::Y);
+    assert_near(derivatives(&si).dp_du, 2.0 * Vec3::X);
+    assert_near(derivatives(&si).dp_dv, 2.0 * Vec3::Y);
     assert_near(si.wo, Vec3::Z);
     assert_eq!((si.primitive, si.barycentric, si.shape), (0, Vec2::ZERO, ShapeId(0)));
     // Both triangles, and the corner that they share with the first vertex.
@@ -151,13 +157,13 @@ fn disks_have_polar_coordinates() {
     let table = shape(ShapeKind::Disk(Transform::IDENTITY), false);
     let si = meet(&table, Vec3::new(0.0, 0.5, 2.0), Vec3::NEG_Z).unwrap();
     assert_uv(&si, 0.5, 0.25);
-    assert_near(si.dp_du, Vec3::Y);
-    assert_near(si.dp_dv, TAU * Vec3::new(-0.5, 0.0, 0.0));
+    assert_near(derivatives(&si).dp_du, Vec3::Y);
+    assert_near(derivatives(&si).dp_dv, TAU * Vec3::new(-0.5, 0.0, 0.0));
     assert_near(si.ng, Vec3::Z);
     assert!(meet(&table, Vec3::new(0.8, 0.7, 2.0), Vec3::NEG_Z).is_none());
     // The middle, where the angle means nothing.
     let si = meet(&table, Vec3::Z, Vec3::NEG_Z).unwrap();
-    assert!(si.dp_du.is_finite() && si.frame.s.is_finite() && si.uv.is_finite());
+    assert!(derivatives(&si).dp_du.is_finite() && si.frame.s.is_finite() && si.uv.is_finite());
 }
 
 #[test]
@@ -166,15 +172,15 @@ fn spheres_have_longitude_and_polar_angle() {
     let si = meet(&table, Vec3::new(0.0, -3.0, 0.0), Vec3::Y).unwrap();
     assert_uv(&si, 0.75, 0.5);
     assert_near(si.ng, Vec3::NEG_Y);
-    assert_near(si.dp_du, TAU * Vec3::X);
-    assert_near(si.dp_dv, PI * Vec3::NEG_Z);
-    assert_near(si.dn_du, si.dp_du);
+    assert_near(derivatives(&si).dp_du, TAU * Vec3::X);
+    assert_near(derivatives(&si).dp_dv, PI * Vec3::NEG_Z);
+    assert_near(derivatives(&si).dn_du, derivatives(&si).dp_du);
     let inside = meet(&table, Vec3::new(0.1, 0.2, 0.3), Vec3::X).unwrap();
     assert_near(inside.ng, inside.p);
     // The pole.
     let si = meet(&table, 3.0 * Vec3::Z, Vec3::NEG_Z).unwrap();
     assert_uv(&si, si.uv.x, 0.0);
-    assert!(si.frame.s.is_finite() && si.dp_dv.is_finite());
+    assert!(si.frame.s.is_finite() && derivatives(&si).dp_dv.is_finite());
 }
 
 #[test]
@@ -183,8 +189,8 @@ fn cylinders_are_open_and_face_outwards() {
     let si = meet(&table, Vec3::new(0.0, 3.0, 0.25), Vec3::NEG_Y).unwrap();
     assert_uv(&si, 0.25, 0.25);
     assert_near(si.ng, Vec3::Y);
-    assert_near(si.dp_du, TAU * Vec3::NEG_X);
-    assert_near(si.dp_dv, Vec3::Z);
+    assert_near(derivatives(&si).dp_du, TAU * Vec3::NEG_X);
+    assert_near(derivatives(&si).dp_dv, Vec3::Z);
     assert!(meet(&table, Vec3::new(0.1, 0.2, 3.0), Vec3::NEG_Z).is_none());
     let inside = meet(&table, Vec3::new(0.0, 0.0, 0.5), Vec3::X).unwrap();
     assert_near(inside.ng, Vec3::X);
@@ -223,7 +229,10 @@ fn flipping_keeps_positions_and_derivatives() {
             let table = shape(kind(transform(DVec3::ONE)), flip);
             meet(&table, Vec3::new(0.3, 0.2, 5.0), Vec3::new(0.02, 0.01, -1.0)).unwrap()
         });
-        assert_eq!((a.p, a.uv, a.dp_du, a.dp_dv), (b.p, b.uv, b.dp_du, b.dp_dv));
+        assert_eq!(
+            (a.p, a.uv, derivatives(&a).dp_du, derivatives(&a).dp_dv),
+            (b.p, b.uv, derivatives(&b).dp_du, derivatives(&b).dp_dv)
+        );
         assert_eq!((a.ng, a.frame.n, a.frame.s), (-b.ng, -b.frame.n, b.frame.s));
     }
 }
@@ -247,7 +256,7 @@ fn degenerate_texture_coordinates_leave_a_frame() {
     let mut table = triangle(false, true);
     table.meshes[0].uvs = vec![Vec2::ONE; 3];
     let si = meet(&table, Vec3::new(0.5, 0.4, 3.0), Vec3::NEG_Z).unwrap();
-    assert!(si.dp_du.is_finite() && si.dp_du.dot(si.ng).abs() < 1e-5);
+    assert!(derivatives(&si).dp_du.is_finite() && derivatives(&si).dp_du.dot(si.ng).abs() < 1e-5);
     assert_uv(&si, 1.0, 1.0);
 }
 

@@ -82,10 +82,15 @@ fn color_channels(picture: Image) -> Image {
     Image { channels: kept, data: data.collect(), ..picture }
 }
 
-/// sRGB-encoded values → linear.
+/// sRGB-encoded values → linear. Nearly all come from 8-bit files: their curve is tabulated.
 fn to_linear(mut picture: Image) -> Image {
+    let table: Vec<f32> = (0..=255).map(|i| image::srgb_to_linear(i as f32 / 255.0)).collect();
     for value in &mut picture.data {
-        *value = image::srgb_to_linear(*value);
+        let byte = (*value * 255.0).round().clamp(0.0, 255.0);
+        *value = match table.get(byte as usize) {
+            Some(&linear) if byte / 255.0 == *value => linear,
+            _ => image::srgb_to_linear(*value),
+        };
     }
     picture
 }

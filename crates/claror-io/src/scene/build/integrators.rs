@@ -83,6 +83,7 @@ fn path(properties: &Properties) -> IntegratorSettings {
         kind: IntegratorKind::Path,
         max_depth: max_depth(properties),
         rr_depth: properties.count("rr_depth", 5, 1),
+        early_roulette: properties.boolean("early_roulette", true),
         hide_emitters: properties.boolean("hide_emitters", false),
     }
 }
@@ -106,7 +107,7 @@ fn direct(properties: &Properties) -> IntegratorSettings {
     IntegratorSettings {
         kind: IntegratorKind::Direct { emitter_samples, bsdf_samples },
         max_depth: Some(2),
-        rr_depth: 5,
         hide_emitters: properties.boolean("hide_emitters", false),
+        ..Default::default()
     }
 }

@@ -2,6 +2,7 @@
 //! go on in the same plane or bend away.
 
 use super::*;
+use crate::interaction::Detail;
 use crate::math::Vec2;
 use crate::shape::{MeshId, ShapeKind};
 
@@ -59,7 +60,7 @@ fn hits(
         let to = center + n.point() * 0.5 * bounds.extent();
         let ray = Ray::new(from, (to - from).normalize());
         if let Some(hit) = accel.intersect(table, &ray) {
-            found.push(table.interaction(&ray, &hit));
+            found.push(table.interaction(&ray, &hit, Detail::Point));
         }
     }
     assert!(found.len() > count / 20, "only {} of {count} rays hit", found.len());
@@ -164,7 +165,7 @@ fn slivers_hit(table: &ShapeTable, n: &mut Numbers) -> Vec<crate::interaction::S
         let (u, v) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
         let shape = ShapeId(0);
         let hit = Hit { t: 1.0, u, v, shape, primitive: i % triangles, instance: None };
-        table.interaction(&Ray::new(Vec3::ZERO, Vec3::Z), &hit)
+        table.interaction(&Ray::new(Vec3::ZERO, Vec3::Z), &hit, Detail::Point)
     });
     points.collect()
 }

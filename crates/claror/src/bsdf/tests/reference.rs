@@ -2,7 +2,7 @@
 
 use super::materials;
 use super::support::{Materials, interaction};
-use crate::interaction::SurfaceInteraction;
+use crate::interaction::{SurfaceDerivatives, SurfaceInteraction};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::shape::ShapeTable;
 
@@ -15,8 +15,12 @@ fn turned_interaction(wo: Vec3) -> SurfaceInteraction {
         ng: n,
         frame: Frame { s, t, n },
         uv: Vec2::new(0.4, 0.45),
-        dp_du: 1.25 * s,
-        dp_dv: 0.25 * s + 0.75 * t,
+        derivatives: Some(SurfaceDerivatives {
+            dp_du: 1.25 * s,
+            dp_dv: 0.25 * s + 0.75 * t,
+            dn_du: Vec3::ZERO,
+            dn_dv: Vec3::ZERO,
+        }),
         ..interaction(wo)
     }
 }

@@ -15,7 +15,7 @@ mod spherical_triangle;
 pub(super) use cylinder::Cylinder;
 pub(super) use disk::Disk;
 pub(super) use ellipsoid::Ellipsoid;
-pub(super) use planar::{Parallelogram, Triangle};
+pub(super) use planar::{Parallelogram, SmoothTriangle, Triangle};
 
 use super::tree::Extent;
 use crate::math::{Vec2, Vec3};
@@ -48,6 +48,7 @@ pub(super) struct SurfaceSample {
 #[derive(Debug, Clone)]
 pub(super) enum Area {
     Triangle(Triangle),
+    SmoothTriangle(Box<SmoothTriangle>),
     Parallelogram(Parallelogram),
     Ellipsoid(Box<Ellipsoid>),
     Disk(Box<Disk>),
@@ -58,7 +59,8 @@ impl Area {
     /// A point that `from` may be lit from; `None` where there is none.
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
         match self {
-            Self::Triangle(s) => s.sample(from, u),
+            Self::Triangle(s) => s.sample(from, u, false),
+            Self::SmoothTriangle(s) => s.sample(from, u),
             Self::Parallelogram(s) => s.sample(from, u),
             Self::Ellipsoid(s) => s.sample(from, u),
             Self::Disk(s) => s.sample(from, u),
@@ -70,7 +72,8 @@ impl Area {
     /// whose geometric normal (either side) is `n`; `wi` is the unit direction to it.
     pub(super) fn pdf(&self, from: Vec3, wi: Vec3, p: Vec3, n: Vec3) -> f32 {
         match self {
-            Self::Triangle(s) => s.pdf(from, wi, p),
+            Self::Triangle(s) => s.pdf(from, wi, p, false),
+            Self::SmoothTriangle(s) => s.pdf(from, wi, p),
             Self::Parallelogram(s) => s.pdf(from, wi, p),
             Self::Ellipsoid(s) => s.pdf(from, wi, p),
             Self::Disk(s) => s.pdf(from, wi, p),
@@ -82,6 +85,7 @@ impl Area {
     pub(super) fn extent(&self) -> Extent {
         match self {
             Self::Triangle(s) => s.extent(),
+            Self::SmoothTriangle(s) => s.extent(),
             Self::Parallelogram(s) => s.extent(),
             Self::Ellipsoid(s) => s.extent(),
             Self::Disk(s) => s.extent(),
@@ -93,6 +97,7 @@ impl Area {
     pub(super) fn area(&self) -> f32 {
         match self {
             Self::Triangle(s) => s.area(),
+            Self::SmoothTriangle(s) => s.area(),
             Self::Parallelogram(s) => s.area(),
             Self::Ellipsoid(s) => s.area(),
             Self::Disk(s) => s.area(),

@@ -24,38 +24,31 @@ struct Plane {
     n: Vec3,
     /// One over the area.
     pdf_area: f32,
-    /// Squared distance from the centre to the farthest corner.
-    radius2: f32,
-    center: Vec3,
 }
+
+/// Where the centre is, as a share of both edges.
+const CENTER_OF_TRIANGLE: f32 = 1.0 / 3.0;
+const CENTER_OF_PARALLELOGRAM: f32 = 0.5;
 
 impl Plane {
     /// `share` of the parallelogram over the edges belongs to the light: a half or all.
     fn new(corner: Vec3, edges: [Vec3; 2], flip: bool, share: f64) -> Option<Self> {
-        // The centre of a triangle lies at a third of both edges, that of a parallelogram at half.
-        let center = if share < 1.0 { 1.0 / 3.0 } else { 0.5 };
         // In double precision: a sliver's normal is all cancellation in single.
         let normal = edges[0].as_dvec3().cross(edges[1].as_dvec3());
         let area = share * normal.length();
         let n = normal.normalize_or_zero().as_vec3();
-        let to_center = (edges[0] + edges[1]) * center;
-        // The fourth corner of a parallelogram is as far away as the first.
-        let reach = |c: Vec3| (c - to_center).length_squared();
-        let radius2 = [Vec3::ZERO, edges[0], edges[1]].map(reach).into_iter().fold(0.0, f32::max);
         let pdf_area = (1.0 / area) as f32;
         let usable = pdf_area > 0.0 && pdf_area.is_finite() && n.is_finite() && n != Vec3::ZERO;
-        usable.then_some(Self {
-            corner,
-            edges,
-            n: if flip { -n } else { n },
-            pdf_area,
-            radius2,
-            center: corner + to_center,
-        })
+        usable.then_some(Self { corner, edges, n: if flip { -n } else { n }, pdf_area })
     }
 
-    fn is_near(&self, from: Vec3) -> bool {
-        self.radius2 > NEAR * (from - self.center).length_squared()
+    /// Worked out each time: that costs less than to fetch it from memory, which among very many
+    /// lights is what takes the time.
+    fn is_near(&self, from: Vec3, center: f32) -> bool {
+        let to_center = (self.edges[0] + self.edges[1]) * center;
+        // A quarter of the mean square of a parallelogram's diagonals; about right for a triangle.
+        let radius2 = 0.25 * (self.edges[0].length_squared() + self.edges[1].length_squared());
+        radius2 > NEAR * (from - (self.corner + to_center)).length_squared()
     }
 
     fn at(&self, uv: Vec2) -> Vec3 {
@@ -94,12 +87,17 @@ impl Plane {
     }
 }
 
-/// A triangle that shines.
+/// A triangle that shines to one side.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::emitter) struct Triangle {
     plane: Plane,
-    /// With vertex normals: it shines on their side, which may be either of the plane's.
-    normals: Option<NormalCone>,
+}
+
+/// A triangle with vertex normals: it shines on their side, which may be either of the plane's.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::emitter) struct SmoothTriangle {
+    triangle: Triangle,
+    normals: NormalCone,
 }
 
 /// A cone that holds all interpolated normals of a triangle.
@@ -110,47 +108,39 @@ struct NormalCone {
 }
 
 impl Triangle {
-    /// `None` when the triangle has no area. `normals` are those of the vertices, on the
-    /// emitting side.
-    pub(in crate::emitter) fn new(
-        corners: [Vec3; 3],
-        flip: bool,
-        normals: Option<[Vec3; 3]>,
-    ) -> Option<Self> {
+    /// `None` when the triangle has no area.
+    pub(in crate::emitter) fn new(corners: [Vec3; 3], flip: bool) -> Option<Self> {
         let edges = [corners[1] - corners[0], corners[2] - corners[0]];
-        let plane = Plane::new(corners[0], edges, flip, 0.5)?;
-        Some(Self { plane, normals: normals.map(normal_cone) })
+        Some(Self { plane: Plane::new(corners[0], edges, flip, 0.5)? })
     }
 
-    pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
-        match self.spherical(from) {
+    /// `two_sided`: whether both sides may shine.
+    #[inline]
+    pub(super) fn sample(&self, from: Vec3, u: Vec2, two_sided: bool) -> Option<SurfaceSample> {
+        match self.spherical(from, two_sided) {
             Some(spherical) => {
                 let (wi, uv) = spherical.sample(u);
                 Some(self.plane.by_direction(from, wi, uv, spherical.pdf()))
             }
-            None => self.plane.by_area(from, uniform_triangle(u), self.normals.is_some()),
+            None => self.plane.by_area(from, uniform_triangle(u), two_sided),
         }
     }
 
-    pub(super) fn pdf(&self, from: Vec3, wi: Vec3, p: Vec3) -> f32 {
-        match self.spherical(from) {
+    pub(super) fn pdf(&self, from: Vec3, wi: Vec3, p: Vec3, two_sided: bool) -> f32 {
+        match self.spherical(from, two_sided) {
             Some(spherical) => spherical.pdf(),
-            None => self.plane.pdf(from, wi, p, self.normals.is_some()),
+            None => self.plane.pdf(from, wi, p, two_sided),
         }
     }
 
-    /// Whether the shading normal decides where it shines to.
-    pub(in crate::emitter) fn is_smooth(&self) -> bool {
-        self.normals.is_some()
-    }
-
-    fn spherical(&self, from: Vec3) -> Option<SphericalTriangle> {
-        if !self.plane.is_near(from) {
+    #[inline]
+    fn spherical(&self, from: Vec3, two_sided: bool) -> Option<SphericalTriangle> {
+        if !self.plane.is_near(from, CENTER_OF_TRIANGLE) {
             return None;
         }
         // From behind nothing is to be seen; sampling by area finds that out.
         let height = (from - self.plane.corner).dot(self.plane.n);
-        if height <= 0.0 && self.normals.is_none() {
+        if height <= 0.0 && !two_sided {
             return None;
         }
         SphericalTriangle::new(self.plane.corner - from, self.plane.edges)
@@ -160,15 +150,44 @@ impl Triangle {
         1.0 / self.plane.pdf_area
     }
 
-    pub(super) fn extent(&self) -> Extent {
+    fn bounds(&self) -> Bounds3 {
         let p = &self.plane;
-        let bounds = [p.corner + p.edges[0], p.corner + p.edges[1]]
+        [p.corner + p.edges[0], p.corner + p.edges[1]]
             .into_iter()
-            .fold(Bounds3 { min: p.corner, max: p.corner }, Bounds3::including);
-        match self.normals {
-            None => p.extent(bounds, p.n, 1.0),
-            Some(cone) => p.extent(bounds, cone.axis, cone.cos),
-        }
+            .fold(Bounds3 { min: p.corner, max: p.corner }, Bounds3::including)
+    }
+
+    pub(super) fn extent(&self) -> Extent {
+        self.plane.extent(self.bounds(), self.plane.n, 1.0)
+    }
+}
+
+impl SmoothTriangle {
+    /// `None` when the triangle has no area. `normals` are those of the vertices, on the
+    /// emitting side.
+    pub(in crate::emitter) fn new(
+        corners: [Vec3; 3],
+        flip: bool,
+        normals: [Vec3; 3],
+    ) -> Option<Self> {
+        Some(Self { triangle: Triangle::new(corners, flip)?, normals: normal_cone(normals) })
+    }
+
+    pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
+        self.triangle.sample(from, u, true)
+    }
+
+    pub(super) fn pdf(&self, from: Vec3, wi: Vec3, p: Vec3) -> f32 {
+        self.triangle.pdf(from, wi, p, true)
+    }
+
+    pub(super) fn area(&self) -> f32 {
+        self.triangle.area()
+    }
+
+    pub(super) fn extent(&self) -> Extent {
+        let NormalCone { axis, cos } = self.normals;
+        self.triangle.plane.extent(self.triangle.bounds(), axis, cos)
     }
 }
 
@@ -224,7 +243,7 @@ impl Parallelogram {
     }
 
     fn spherical(&self, from: Vec3) -> Option<SphericalRectangle> {
-        if !(self.is_rectangle && self.plane.is_near(from)) {
+        if !(self.is_rectangle && self.plane.is_near(from, CENTER_OF_PARALLELOGRAM)) {
             return None;
         }
         let height = (from - self.plane.corner).dot(self.plane.n);

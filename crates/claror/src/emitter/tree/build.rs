@@ -1,8 +1,12 @@
 //! Building the tree: top down, split where the surface area orientation heuristic (Conty Estevez
 //! and Kulla 2018, eq. 1) is least.
 
-use super::{Extent, LightTree, NO_LEAF, Node, ROOT};
+use super::collapse::Collapse;
+use super::node::{Link, Node, Place, WIDTH};
+use super::{Extent, LightTree};
 use crate::math::{Bounds3, Frame, Vec3};
+use arrayvec::ArrayVec;
+use std::collections::VecDeque;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Candidate planes per axis, plus one.
@@ -15,23 +19,42 @@ struct Item {
     cluster: Cluster,
 }
 
+/// A node of the binary tree that the wide one is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Binary {
+    pub(super) cluster: Cluster,
+    pub(super) link: BinaryLink,
+}
+
+#[derive(Debug, Clone, Copy)]
+pub(super) enum BinaryLink {
+    Light(u32),
+    /// The first child; the second one follows it.
+    First(u32),
+}
+
 /// Summary of some lights.
 #[derive(Debug, Clone, Copy)]
-struct Cluster {
-    bounds: Bounds3,
-    cone: Cone,
-    cos_emission: f32,
-    intensity: f64,
+pub(super) struct Cluster {
+    pub(super) bounds: Bounds3,
+    pub(super) cone: Cone,
+    pub(super) cos_emission: f32,
+    pub(super) intensity: f64,
 }
 
 /// Directions within `angle` of `axis`.
 #[derive(Debug, Clone, Copy)]
-struct Cone {
-    axis: Vec3,
+pub(super) struct Cone {
+    pub(super) axis: Vec3,
     angle: f32,
 }
 
 impl Cone {
+    /// Sine and cosine of its angle.
+    pub(super) fn sin_cos(self) -> (f32, f32) {
+        if self.angle >= PI { (0.0, -1.0) } else { self.angle.sin_cos() }
+    }
+
     /// A cone that holds both (their algorithm 1).
     fn union(self, other: Self) -> Self {
         let (a, b) = if self.angle >= other.angle { (self, other) } else { (other, self) };
@@ -94,21 +117,6 @@ impl Cluster {
         let size = self.bounds.half_area() + 1e-3 * extent.length_squared();
         self.intensity * f64::from(size) * f64::from(self.cone.measure(self.cos_emission))
     }
-
-    fn node(&self, link: u32, parent: u32, is_leaf: bool) -> Node {
-        Node {
-            center: self.bounds.center(),
-            // Rounded up: bounds must hold.
-            radius: 0.5 * self.bounds.extent().length() * (1.0 + 1e-5),
-            axis: self.cone.axis,
-            cos_normals: if self.cone.angle >= PI { -1.0 } else { self.cone.angle.cos() },
-            cos_emission: self.cos_emission,
-            intensity: self.intensity as f32,
-            link,
-            parent,
-            is_leaf,
-        }
-    }
 }
 
 impl LightTree {
@@ -132,53 +140,98 @@ impl LightTree {
                 },
             })
             .collect();
-        let mut tree = Self { nodes: Vec::new(), leaf_of: vec![NO_LEAF; lights.len()] };
+        let places = vec![None; lights.len()];
+        let only = if let [item] = items[..] { Some(item.light) } else { None };
+        let mut tree = Self { places, only, ..Self::default() };
         if !items.is_empty() {
-            tree.grow(&mut items);
+            tree.collapse(&grow(&mut items));
         }
         tree
     }
 
-    /// Depth first with a stack of its own: lights in geometric series make deep trees.
-    fn grow(&mut self, items: &mut [Item]) {
-        self.nodes.reserve(2 * items.len());
-        self.nodes.push(Cluster::EMPTY.node(0, ROOT, true));
-        // Ranges of items, and the node and parent that each of them is to become.
-        let mut open = vec![(0, items.len(), 0, ROOT)];
-        while let Some((begin, end, index, parent)) = open.pop() {
-            let range = &mut items[begin..end];
-            if let [item] = range {
-                self.leaf_of[item.light as usize] = index;
-                self.nodes[index as usize] = item.cluster.node(item.light, parent, true);
-                continue;
+    /// Makes a wide tree of a binary one, level by level.
+    fn collapse(&mut self, binary: &[Binary]) {
+        let plan = Collapse::new(binary);
+        // The wide nodes to be: the binary one whose lights they hold, and their place.
+        let mut open = VecDeque::from([(0, None)]);
+        let mut known = 1;
+        while let Some((index, parent)) = open.pop_front() {
+            let node = self.nodes.len() as u32;
+            let mut children = ArrayVec::<_, WIDTH>::new();
+            for (child, below) in plan.children(index).into_iter().enumerate() {
+                let place = Place { node, child: child as u32 };
+                let Binary { cluster, link } = binary[below as usize];
+                let link = match link {
+                    BinaryLink::Light(light) => {
+                        self.places[light as usize] = Some(place);
+                        Link::to_light(light)
+                    }
+                    BinaryLink::First(_) => {
+                        open.push_back((below, Some(place)));
+                        known += 1;
+                        Link::to_node(known - 1)
+                    }
+                };
+                children.push((cluster, link));
             }
-            let all = range.iter().fold(Cluster::EMPTY, |c, i| c.union(i.cluster));
-            let middle = begin + split(range, &all.bounds);
-            let first = self.nodes.len() as u32;
-            self.nodes[index as usize] = all.node(first, parent, false);
-            // Side by side, since both are always looked at together.
-            self.nodes.push(Cluster::EMPTY.node(0, index, true));
-            self.nodes.push(Cluster::EMPTY.node(0, index, true));
-            open.push((middle, end, first + 1, index));
-            open.push((begin, middle, first, index));
+            self.nodes.push(Node::new(&children));
+            self.parents.push(parent);
         }
     }
 }
 
+/// The binary tree over these lights. Depth first with a stack of its own: lights in geometric
+/// series make deep trees.
+fn grow(items: &mut [Item]) -> Vec<Binary> {
+    let unknown = Binary { cluster: Cluster::EMPTY, link: BinaryLink::Light(0) };
+    let mut nodes = Vec::with_capacity(2 * items.len());
+    nodes.push(unknown);
+    // Ranges of items, and the node that each of them is to become.
+    let mut open = vec![(0, items.len(), 0)];
+    while let Some((begin, end, index)) = open.pop() {
+        let range = &mut items[begin..end];
+        if let [item] = range {
+            nodes[index] = Binary { cluster: item.cluster, link: BinaryLink::Light(item.light) };
+            continue;
+        }
+        let all = range.iter().fold(Cluster::EMPTY, |c, i| c.union(i.cluster));
+        let middle = begin + split(range, &all.bounds);
+        let first = nodes.len();
+        nodes[index] = Binary { cluster: all, link: BinaryLink::First(first as u32) };
+        nodes.extend([unknown; 2]);
+        open.push((middle, end, first + 1));
+        open.push((begin, middle, first));
+    }
+    nodes
+}
+
 /// Puts the items in an order such that those before the returned place make the first child.
+///
+/// That is where the heuristic wants it, or next to it: the first child of more lights than a
+/// node has room for gets a multiple of that many, so that the last nodes are full. Half empty
+/// ones would be twice as many, and memory is what choosing among very many lights waits for.
 fn split(items: &mut [Item], bounds: &Bounds3) -> usize {
     let centers = items.iter().fold(Bounds3::EMPTY, |b, i| b.including(i.cluster.bounds.center()));
-    if let Some((axis, plane)) = best_plane(items, &centers, bounds) {
-        let bin = |i: &Item| bin_of(i, &centers, axis);
-        // Stable, so that the result depends on nothing but the lights and their order.
-        items.sort_by_key(|i| bin(i) >= plane);
-        let middle = items.partition_point(|i| bin(i) < plane);
-        if middle > 0 && middle < items.len() {
-            return middle;
-        }
-    }
     // All in one place: halves.
-    items.len() / 2
+    let Some((axis, plane)) = best_plane(items, &centers, bounds) else {
+        return full_nodes(items.len() / 2, items.len());
+    };
+    let below = items.iter().filter(|i| bin_of(i, &centers, axis) < plane).count();
+    let middle = full_nodes(below, items.len());
+    // The order is total, so that the children depend on nothing but the lights.
+    items.select_nth_unstable_by(middle, |a, b| {
+        let place = |i: &Item| i.cluster.bounds.center()[axis];
+        place(a).total_cmp(&place(b)).then(a.light.cmp(&b.light))
+    });
+    middle
+}
+
+/// The number of lights, out of `all`, next to `wanted` that fills nodes, and leaves some.
+fn full_nodes(wanted: usize, all: usize) -> usize {
+    if all <= WIDTH {
+        return wanted.clamp(1, all - 1);
+    }
+    ((wanted + WIDTH / 2) / WIDTH * WIDTH).clamp(WIDTH, (all - 1) / WIDTH * WIDTH)
 }
 
 /// The axis and the first bin of the second child for the least cost; `None` when all centres
