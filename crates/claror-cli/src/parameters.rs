@@ -5,7 +5,8 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use claror::film::{CropWindow, FilterKind};
-use claror::integrator::{IntegratorKind, IntegratorSettings};
+use claror::integrator::{Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings};
+use claror::irradiance::Criterion;
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
 
@@ -73,6 +74,52 @@ const PARAMETERS: &[Parameter] = &[
         name: "integrator.bsdf_samples",
         get: |integrator, _| direct(integrator.kind).map(|(_, bsdf)| bsdf.to_string()),
         set: |target, value| set_direct(target.integrator, None, Some(number(value)?)),
+    },
+    Parameter {
+        name: "integrator.criterion",
+        get: |integrator, _| cache(integrator).map(|c| c.criterion.name().to_owned()),
+        set: |target, value| {
+            let known = Criterion::ALL.map(|c| (c.name(), c));
+            assign(&mut cache_mut(target)?.criterion, one_of(value, &known)?)
+        },
+    },
+    Parameter {
+        name: "integrator.error",
+        get: |integrator, _| cache(integrator).map(|c| c.error.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.error, positive(value)?),
+    },
+    Parameter {
+        name: "integrator.accuracy",
+        get: |integrator, _| cache(integrator).map(|c| c.accuracy.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.accuracy, positive(value)?),
+    },
+    Parameter {
+        name: "integrator.gather_samples",
+        get: |integrator, _| cache(integrator).map(|c| c.gather_samples.to_string()),
+        set: |target, value| match number(value)? {
+            count if IrrCacheSettings::GATHER_SAMPLES.contains(&count) => {
+                assign(&mut cache_mut(target)?.gather_samples, count)
+            }
+            _ => Err("a record takes 16 to 65536 rays".to_owned()),
+        },
+    },
+    Parameter {
+        name: "integrator.min_pixel_spacing",
+        get: |integrator, _| cache(integrator).map(|c| c.min_pixel_spacing.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.min_pixel_spacing, positive(value)?),
+    },
+    Parameter {
+        name: "integrator.max_pixel_spacing",
+        get: |integrator, _| cache(integrator).map(|c| c.max_pixel_spacing.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.max_pixel_spacing, positive(value)?),
+    },
+    Parameter {
+        name: "integrator.bounces",
+        get: |integrator, _| cache(integrator).map(|c| c.bounces.name().to_owned()),
+        set: |target, value| {
+            let known = Bounces::ALL.map(|b| (b.name(), b));
+            assign(&mut cache_mut(target)?.bounces, one_of(value, &known)?)
+        },
     },
     Parameter {
         name: "sampler.type",
@@ -184,6 +231,7 @@ fn integrator_name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::Path => "path",
         IntegratorKind::Direct { .. } => "direct",
         IntegratorKind::Depth => "depth",
+        IntegratorKind::IrradianceCache => "irrcache",
     }
 }
 
@@ -197,9 +245,31 @@ pub(crate) fn set_integrator(settings: &mut IntegratorSettings, name: &str) -> R
             None => IntegratorKind::Direct { emitter_samples: 1, bsdf_samples: 1 },
         },
         "depth" => IntegratorKind::Depth,
-        _ => return Err("the integrators are path, direct and depth".to_owned()),
+        "irrcache" => IntegratorKind::IrradianceCache,
+        _ => return Err("the integrators are irrcache, path, direct and depth".to_owned()),
     };
     Ok(())
+}
+
+/// The parameters of the cache, where there is one.
+fn cache(settings: &IntegratorSettings) -> Option<&IrrCacheSettings> {
+    (settings.kind == IntegratorKind::IrradianceCache).then_some(&settings.cache)
+}
+
+fn cache_mut<'a>(target: &'a mut Target) -> Result<&'a mut IrrCacheSettings, String> {
+    if target.integrator.kind == IntegratorKind::IrradianceCache {
+        Ok(&mut target.integrator.cache)
+    } else {
+        Err("only the integrator irrcache has it; add -i irrcache".to_owned())
+    }
+}
+
+fn one_of<T: Copy>(value: &str, known: &[(&str, T)]) -> Result<T, String> {
+    let found = known.iter().find(|(name, _)| *name == value);
+    found.map(|(_, v)| *v).ok_or_else(|| {
+        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
 }
 
 fn direct(kind: IntegratorKind) -> Option<(u32, u32)> {

@@ -253,7 +253,8 @@ impl<'a> BsdfAtHit<'a> {
         if opaque > 0.0 { sum / opaque } else { Rgb::BLACK }
     }
 
-    fn is_diffuse(&self) -> bool {
+    /// Whether the material is purely Lambertian.
+    pub fn is_diffuse(&self) -> bool {
         matches!(self.0, Lobes::Diffuse(_))
     }
 

@@ -18,6 +18,8 @@ pub struct PixelSums {
     pub earlier: [f32; 3],
     /// Samples.
     pub count: u32,
+    /// Samples at the end of the round that is under way, or was the last.
+    pub goal: u32,
 }
 
 impl PixelSums {

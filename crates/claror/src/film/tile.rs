@@ -99,6 +99,65 @@ impl Film {
         (counts().min().unwrap_or(0), counts().map(u64::from).sum())
     }
 
+    /// Samples per pixel at the end of the last complete round, where it took part, and whether a
+    /// round is complete; else the fewest samples of a pixel that still needs some.
+    pub fn round(&self) -> (u32, bool) {
+        let pixels = || self.tiles.iter().flat_map(|t| &t.pixels);
+        match pixels().filter(|p| p.count < p.goal).map(|p| p.count).min() {
+            Some(fewest) => (fewest, false),
+            None => (pixels().map(|p| p.goal).max().unwrap_or(0), true),
+        }
+    }
+
+    /// Begins a round from `from` to `goal` samples. With a `tolerance`, pixels take part only if
+    /// they took part so far, and they or a neighbour seem to be off by more than that, relative
+    /// to their value. Whether any pixel takes part.
+    pub fn begin_round(&mut self, from: u32, goal: u32, tolerance: Option<f32>) -> bool {
+        let needs = tolerance.map(|tolerance| self.needs_more(tolerance));
+        let (crop, mut any) = (self.crop, false);
+        for tile in &mut self.tiles {
+            let w = tile.window;
+            for (i, pixel) in tile.pixels.iter_mut().enumerate() {
+                let x = (w.x - crop.x + i as u32 % w.width) as usize;
+                let y = (w.y - crop.y + i as u32 / w.width) as usize;
+                let takes_part = needs
+                    .as_ref()
+                    .is_none_or(|needs| pixel.goal == from && needs[y * crop.width as usize + x]);
+                if takes_part {
+                    pixel.goal = goal;
+                    any = true;
+                }
+            }
+        }
+        any
+    }
+
+    /// Per pixel, row by row, whether it or one of its eight neighbours is off by more than
+    /// `tolerance`. One difference between earlier and later samples may be small by chance; nine
+    /// rarely are.
+    fn needs_more(&self, tolerance: f32) -> Vec<bool> {
+        let (width, height) = (self.crop.width as usize, self.crop.height as usize);
+        let mut is_off = vec![false; width * height];
+        let limit = 3.0 * f64::from(tolerance).powi(2);
+        self.for_each_pixel(|x, y, pixel, _| {
+            let beauty = pixel.beauty();
+            let error: f64 = pixel
+                .squared_error()
+                .into_iter()
+                .enumerate()
+                .map(|(c, error)| error / (f64::from(beauty[c]).powi(2) + 0.01))
+                .sum();
+            is_off[y * width + x] = error > limit;
+        });
+        let near = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+        let mut needs = vec![false; width * height];
+        for (i, needs) in needs.iter_mut().enumerate() {
+            let (x, y) = (i % width, i / width);
+            *needs = near(y, height).any(|y| near(x, width).any(|x| is_off[y * width + x]));
+        }
+        needs
+    }
+
     /// Estimated error of the picture: the root of the mean over pixels and channels of squared
     /// error over (squared value + 0.01), see [`PixelSums::squared_error`].
     pub fn relative_error(&self) -> f32 {

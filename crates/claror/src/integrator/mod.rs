@@ -15,12 +15,14 @@
 
 mod aov;
 mod direct;
+mod irrcache;
 mod light;
 mod path;
 #[cfg(test)]
 mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
+pub use irrcache::{Bounces, CacheStatistics, IrrCacheSettings, IrradianceCache, IsCancelled};
 
 use crate::math::Ray;
 use crate::sampler::Sampler;
@@ -41,6 +43,8 @@ pub struct IntegratorSettings {
     pub early_roulette: bool,
     /// Emitters seen directly are left out.
     pub hide_emitters: bool,
+    /// Parameters of [`IntegratorKind::IrradianceCache`].
+    pub cache: IrrCacheSettings,
 }
 
 impl Default for IntegratorSettings {
@@ -52,6 +56,7 @@ impl Default for IntegratorSettings {
             rr_depth: 5,
             early_roulette: true,
             hide_emitters: false,
+            cache: IrrCacheSettings::default(),
         }
     }
 }
@@ -71,6 +76,8 @@ pub enum IntegratorKind {
     },
     /// Distance along the camera ray.
     Depth,
+    /// Diffuse indirect light from a cache, see [`IrradianceCache`].
+    IrradianceCache,
 }
 
 /// Radiance along a camera ray, in parts (see the module), W·m⁻²·sr⁻¹.
@@ -99,16 +106,22 @@ impl LayeredRadiance {
 pub const CAMERA_DIMENSIONS: u32 = 2;
 
 /// An estimate of the radiance that arrives along `ray` (from the camera), with expectation
-/// exactly Mitsuba's. Adds the number of rays traced to `rays`.
+/// exactly Mitsuba's. Adds the number of rays traced to `rays`. Without its `cache` the integrator
+/// `irrcache` follows paths.
 pub fn radiance(
     scene: &Scene,
     settings: &IntegratorSettings,
+    cache: Option<&IrradianceCache>,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
 ) -> LayeredRadiance {
     match settings.kind {
         IntegratorKind::Path => path::path(scene, settings, ray, sampler, rays),
+        IntegratorKind::IrradianceCache => match cache {
+            Some(cache) => irrcache::cached(scene, settings, cache, ray, sampler, rays),
+            None => path::path(scene, settings, ray, sampler, rays),
+        },
         IntegratorKind::Direct { emitter_samples, bsdf_samples } => {
             let counts = direct::SampleCounts { emitter: emitter_samples, bsdf: bsdf_samples };
             direct::direct(scene, settings, counts, ray, sampler, rays)

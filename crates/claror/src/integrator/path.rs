@@ -12,15 +12,17 @@
 //! Fails (noise that does not go away) where small lights are seen only through glass or in
 //! mirrors: light sampling cannot reach them. Kajiya 1986; Veach 1997.
 
+use super::irrcache::{IrradianceHash, direct_light};
 use super::light::{light_reference, past, power_heuristic, sample_light};
 use super::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::bsdf::{BsdfAtHit, BsdfSample};
 use crate::emitter::LightReference;
 use crate::interaction::SurfaceInteraction;
-use crate::math::Ray;
+use crate::math::{Ray, Vec3};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
+use std::f32::consts::FRAC_1_PI;
 
 /// Dimensions per vertex: which light, where on it; which lobe, which direction; roulette.
 const VERTEX_DIMENSIONS: u32 = 5;
@@ -53,6 +55,9 @@ enum Origin {
     Delta,
     /// By a BSDF with this density, from this point.
     Smooth(LightReference, f32),
+    /// By a record: its surface's direct light, emission at the ray's end included, is somebody
+    /// else's task.
+    Record,
 }
 
 struct Walk<'a> {
@@ -71,6 +76,39 @@ struct Walk<'a> {
     /// Surfaces left behind, invisible ones included.
     depth: u32,
     rays: u64,
+    /// Where a walk may end early.
+    hash: Option<&'a IrradianceHash>,
+    /// The first surface met, if a record asked for it.
+    first_hit: Option<FirstHit>,
+}
+
+/// What the first ray of a record's walk met.
+#[derive(Clone, Copy)]
+pub(super) struct FirstHit {
+    /// Distance from the ray's origin.
+    pub(super) t: f32,
+    /// Unit geometric normal.
+    pub(super) ng: Vec3,
+}
+
+/// Radiance that arrives along a record's ray, without emission at its first hit, and that hit.
+/// Walks end at the `hash` where it serves them.
+pub(super) fn record_walk(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    hash: Option<&IrradianceHash>,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> (Rgb, Option<FirstHit>) {
+    let mut walk = Walk::new(scene, settings);
+    walk.stage = Stage::Later;
+    walk.origin = Origin::Record;
+    walk.depth = 1;
+    walk.hash = hash;
+    walk.run(*ray, sampler);
+    *rays += walk.rays;
+    (walk.later, walk.first_hit)
 }
 
 /// Radiance along the camera ray `ray`.
@@ -84,22 +122,30 @@ pub(super) fn path(
     if settings.max_depth == Some(0) {
         return LayeredRadiance::default();
     }
-    let mut walk = Walk {
-        scene,
-        settings,
-        result: LayeredRadiance::default(),
-        later: Rgb::BLACK,
-        diffuse_share: Rgb::BLACK,
-        stage: Stage::Camera,
-        origin: Origin::Delta,
-        throughput: Rgb::WHITE,
-        eta: 1.0,
-        depth: 0,
-        rays: 0,
-    };
+    let mut walk = Walk::new(scene, settings);
     walk.run(*ray, sampler);
     *rays += walk.rays;
     walk.finish()
+}
+
+impl<'a> Walk<'a> {
+    fn new(scene: &'a Scene, settings: &'a IntegratorSettings) -> Self {
+        Self {
+            scene,
+            settings,
+            result: LayeredRadiance::default(),
+            later: Rgb::BLACK,
+            diffuse_share: Rgb::BLACK,
+            stage: Stage::Camera,
+            origin: Origin::Delta,
+            throughput: Rgb::WHITE,
+            eta: 1.0,
+            depth: 0,
+            rays: 0,
+            hash: None,
+            first_hit: None,
+        }
+    }
 }
 
 impl Walk<'_> {
@@ -113,6 +159,9 @@ impl Walk<'_> {
                 self.add_environment(&ray);
                 return;
             };
+            if matches!(self.origin, Origin::Record) {
+                self.first_hit = Some(FirstHit { t: si.t, ng: si.ng });
+            }
             let tables = &self.scene.tables;
             let shape = &tables.shapes.shapes[si.shape.0 as usize];
             if shape.emitter.is_some() {
@@ -130,11 +179,35 @@ impl Walk<'_> {
                 }
                 return;
             }
+            if self.ends_at_hash(si, &bsdf, sampler) {
+                return;
+            }
             let Some(next) = self.scatter(si, &bsdf, sampler) else {
                 return;
             };
             ray = next;
         }
+    }
+
+    /// Where the hash serves, the walk ends with direct light and the hash's mean irradiance.
+    fn ends_at_hash(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        sampler: &mut Sampler,
+    ) -> bool {
+        let Some(hash) = self.hash else { return false };
+        if si.t < hash.min_segment || !bsdf.is_diffuse() {
+            return false;
+        }
+        sampler.set_dimension(self.vertex_dimension() + 3);
+        let Some(irradiance) = hash.lookup(si, sampler.next_2d()) else { return false };
+        sampler.set_dimension(self.vertex_dimension());
+        self.rays += 1;
+        let direct = direct_light(self.scene, si, bsdf, sampler);
+        let indirect = bsdf.diffuse_albedo() * irradiance * FRAC_1_PI;
+        self.later += self.throughput * (direct + indirect);
+        true
     }
 
     /// Whether nothing was met yet, invisible surfaces included.
@@ -241,12 +314,15 @@ impl Walk<'_> {
 
     fn add_emission(&mut self, si: &SurfaceInteraction) {
         let scene = self.scene;
+        if matches!(self.origin, Origin::Record) {
+            return;
+        }
         let radiance = scene.lights.emitted_radiance(&scene.tables, si);
         if radiance.is_black() {
             return;
         }
         let light_pdf = match &self.origin {
-            Origin::Delta => 0.0,
+            Origin::Delta | Origin::Record => 0.0,
             Origin::Smooth(reference, _) => {
                 scene.lights.pdf_surface(&scene.tables, reference, -si.wo, si)
             }
@@ -260,6 +336,9 @@ impl Walk<'_> {
     fn add_environment(&mut self, ray: &Ray) {
         let scene = self.scene;
         let seen_directly = self.stage == Stage::Camera;
+        if matches!(self.origin, Origin::Record) {
+            return;
+        }
         if !scene.lights.has_environment() || (seen_directly && self.settings.hide_emitters) {
             return;
         }
@@ -268,7 +347,7 @@ impl Walk<'_> {
         }
         let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
         let light_pdf = match &self.origin {
-            Origin::Delta => 0.0,
+            Origin::Delta | Origin::Record => 0.0,
             Origin::Smooth(reference, _) => {
                 scene.lights.pdf_environment(&scene.tables, reference, ray.d)
             }
@@ -280,7 +359,7 @@ impl Walk<'_> {
     /// with density `light_pdf`.
     fn add(&mut self, radiance: Rgb, light_pdf: f32) {
         let weight = match self.origin {
-            Origin::Delta => 1.0,
+            Origin::Delta | Origin::Record => 1.0,
             Origin::Smooth(_, pdf) => power_heuristic(pdf, light_pdf),
         };
         let radiance = self.throughput * radiance * weight;

@@ -28,7 +28,7 @@ impl Measured {
         for i in 0..samples {
             let mut sampler = Sampler::new(&streams, (0, 0), i);
             let ray = camera.ray(sampler.next_2d() * size, sampler.next_2d());
-            let radiance = radiance(scene, settings, &ray, &mut sampler, &mut rays);
+            let radiance = radiance(scene, settings, None, &ray, &mut sampler, &mut rays);
             let [a, b, c, d] = radiance.layers();
             for (sum, part) in sums.iter_mut().zip([a, b, c, d, a + b + c + d]) {
                 for (sum, value) in sum.iter_mut().zip(part.to_array()) {

@@ -27,6 +27,28 @@ pub enum Criterion {
 }
 
 impl Criterion {
+    /// All of them, from the oldest to the newest.
+    pub const ALL: [Self; 6] = [
+        Self::Thesis,
+        Self::Ward88,
+        Self::Ward92,
+        Self::Tabellion04,
+        Self::Krivanek06,
+        Self::Hessian,
+    ];
+
+    /// As scene files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Thesis => "thesis",
+            Self::Ward88 => "ward88",
+            Self::Ward92 => "ward92",
+            Self::Tabellion04 => "tabellion04",
+            Self::Krivanek06 => "krivanek06",
+            Self::Hessian => "hessian",
+        }
+    }
+
     /// Whether records are extrapolated by their gradients.
     pub fn uses_gradients(self) -> bool {
         !matches!(self, Self::Thesis | Self::Ward88)

@@ -1,4 +1,5 @@
 use super::{RenderError, RenderSettings};
+use crate::integrator::IntegratorKind;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -19,6 +20,10 @@ impl Fingerprint {
         let aovs: Vec<String> =
             scene.tables.aovs.iter().map(|a| format!("{}:{}", a.name, a.kind.name())).collect();
         let depth = integrator.max_depth.map_or_else(|| "none".to_owned(), |d| d.to_string());
+        let cache = match integrator.kind {
+            IntegratorKind::IrradianceCache => format!("{:?}", integrator.cache),
+            _ => String::new(),
+        };
         let entries = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("scene", settings.scene_hash.clone().unwrap_or_default()),
@@ -38,6 +43,7 @@ impl Fingerprint {
             ("rr_depth", integrator.rr_depth.to_string()),
             ("early_roulette", integrator.early_roulette.to_string()),
             ("hide_emitters", integrator.hide_emitters.to_string()),
+            ("irradiance cache", cache),
             ("further layers", aovs.join(",")),
             ("shapes", scene.tables.shapes.shapes.len().to_string()),
             ("light sources", scene.tables.emitters.emitters.len().to_string()),

@@ -18,6 +18,7 @@ pub use state::{RenderState, StateError};
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
+use crate::integrator::CacheStatistics;
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -99,6 +100,8 @@ pub struct RenderOutput {
     pub error: f32,
     /// Samples that were NaN or infinite and count as black.
     pub non_finite: NonFinite,
+    /// What the irradiance cache came to, where one was made.
+    pub cache: Option<CacheStatistics>,
 }
 
 /// Why a render could not begin.

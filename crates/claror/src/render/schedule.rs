@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::tile::{TileRenderer, TileWork};
 use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
 use crate::film::Picture;
+use crate::integrator::{IntegratorKind, IrradianceCache};
 use crate::sampler::SamplerTable;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
@@ -12,6 +13,13 @@ use crate::sensor::Sensor;
 /// Samples per pixel of the longest round: short enough that checkpoints, error estimates and
 /// limits come often, long enough that threads wait for each other rarely.
 const LONGEST_ROUND: u32 = 32;
+
+/// Samples after which an adaptive render leaves pixels alone that seem to be done.
+const ADAPTIVE_FROM: u32 = 16;
+/// How far off, relative to its value, a pixel may be when it is left alone: of itself, and as a
+/// share of the error asked for, of which the rest is the cache's.
+const TOLERANCE: f32 = 0.006;
+const TARGET_SHARE: f32 = 0.7;
 
 /// The number of samples per pixel at which the round ends that begins at `done`. The early
 /// rounds double, so that something can be seen soon.
@@ -27,7 +35,8 @@ struct Round<'a> {
     settings: &'a RenderSettings,
     observer: &'a dyn Observer,
     limit: Option<u32>,
-    pixels: u64,
+    /// Samples of all pixels at the end, where that is known.
+    target_samples: Option<u64>,
     /// Samples and rays so far.
     samples: AtomicU64,
     rays: AtomicU64,
@@ -58,7 +67,7 @@ impl Round<'_> {
             spp,
             target_spp: self.limit,
             samples: self.samples.load(Ordering::Relaxed),
-            target_samples: self.limit.map(|n| u64::from(n) * self.pixels),
+            target_samples: self.target_samples,
             rays: self.rays.load(Ordering::Relaxed),
             error,
         });
@@ -73,32 +82,47 @@ pub(super) fn run(
     mut state: RenderState,
     observer: &dyn Observer,
 ) -> RenderOutput {
-    let renderer = TileRenderer::new(scene, sensor);
+    let is_cancelled = || observer.is_cancelled();
+    let cache = match scene.tables.integrator.kind {
+        IntegratorKind::IrradianceCache => IrradianceCache::build(scene, sensor, &is_cancelled),
+        _ => None,
+    };
+    let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
     let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
     let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
-    let (mut spp, samples) = state.film.sample_counts();
+    let adaptive = scene.tables.integrator.kind == IntegratorKind::IrradianceCache;
+    let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
+    let samples = state.film.sample_counts().1;
+    let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);
+    let limit = settings.spp.or(default);
     let round = Round {
         settings,
         observer,
-        limit: settings.spp.or(default),
-        pixels: u64::from(state.film.crop.width) * u64::from(state.film.crop.height),
+        limit,
+        target_samples: limit.filter(|_| !adaptive).map(|n| u64::from(n) * pixels),
         samples: AtomicU64::new(samples),
         rays: AtomicU64::new(0),
         pause: AtomicBool::new(false),
     };
     // In the middle of a round nothing is decided by the error, here as in the loop below:
     // a continued render stops where it would have stopped.
-    let is_between_rounds = samples == u64::from(spp) * round.pixels;
+    let (mut spp, mut is_between_rounds) = state.film.round();
     let mut error = if is_between_rounds { state.film.relative_error() } else { f32::INFINITY };
     let stop = loop {
         if let Some(reason) = stop_reason(&round, spp, error) {
             break reason;
         }
         let end = round_end(spp, round.limit);
+        if is_between_rounds {
+            let tolerance = (adaptive && spp >= ADAPTIVE_FROM).then_some(tolerance);
+            if !state.film.begin_round(spp, end, tolerance) {
+                break StopReason::Error;
+            }
+        }
         let samples = SamplerTable::new(&sensor.sampler, spp, end);
         loop {
             state.film.tiles.par_iter_mut().with_max_len(1).for_each(|tile| {
-                let work = renderer.render(tile, end, &samples, observer, &round.pause);
+                let work = renderer.render(tile, &samples, observer, &round.pause);
                 round.finish_tile(work, spp);
                 round.report(spp, finite(error));
             });
@@ -110,7 +134,7 @@ pub(super) fn run(
             }
             observer.checkpoint(&state);
         }
-        spp = state.film.sample_counts().0;
+        (spp, is_between_rounds) = state.film.round();
         error = state.film.relative_error();
         round.report(spp, finite(error));
         observer.checkpoint(&state);
@@ -118,10 +142,11 @@ pub(super) fn run(
     RenderOutput {
         picture: Picture::new(&state.film, sensor.film.alpha, &scene.tables.aovs),
         stop,
-        spp,
+        spp: state.film.sample_counts().0,
         rays: round.rays.into_inner(),
         error,
         non_finite: state.film.non_finite(),
+        cache: cache.map(|cache| cache.statistics),
         state,
     }
 }

@@ -92,7 +92,7 @@ impl RenderState {
 }
 
 /// Bytes of one [`PixelSums`].
-const PIXEL_BYTES: usize = 8 * (3 * LAYERS + 3 + 2) + 4 * 4;
+const PIXEL_BYTES: usize = 8 * (3 * LAYERS + 3 + 2) + 4 * 5;
 
 fn put_u32(out: &mut Vec<u8>, value: u32) {
     out.extend_from_slice(&value.to_le_bytes());
@@ -118,6 +118,7 @@ fn put_pixel(out: &mut Vec<u8>, pixel: &PixelSums) {
     put_f64(out, pixel.weight);
     pixel.earlier.iter().for_each(|value| put_u32(out, value.to_bits()));
     put_u32(out, pixel.count);
+    put_u32(out, pixel.goal);
 }
 
 struct Reader<'a> {
@@ -166,6 +167,7 @@ impl Reader<'_> {
             *value = f32::from_bits(self.u32()?);
         }
         pixel.count = self.u32()?;
+        pixel.goal = self.u32()?;
         Ok(pixel)
     }
 }

@@ -2,7 +2,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Observer;
 use crate::film::{FilterSampler, Tile};
-use crate::integrator::{Aov, IntegratorSettings, LayeredRadiance, eval_aovs, radiance};
+use crate::integrator::{
+    Aov, IntegratorSettings, IrradianceCache, LayeredRadiance, eval_aovs, radiance,
+};
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Sampler, SamplerTable};
 use crate::scene::Scene;
@@ -12,6 +14,7 @@ use crate::sensor::{Camera, Sensor};
 pub(super) struct TileRenderer<'a> {
     scene: &'a Scene,
     integrator: IntegratorSettings,
+    cache: Option<&'a IrradianceCache>,
     aovs: &'a [Aov],
     camera: Camera,
     filter: FilterSampler,
@@ -25,22 +28,26 @@ pub(super) struct TileWork {
 }
 
 impl<'a> TileRenderer<'a> {
-    pub(super) fn new(scene: &'a Scene, sensor: &'a Sensor) -> Self {
+    pub(super) fn new(
+        scene: &'a Scene,
+        sensor: &'a Sensor,
+        cache: Option<&'a IrradianceCache>,
+    ) -> Self {
         Self {
             scene,
             integrator: scene.tables.integrator,
+            cache,
             aovs: &scene.tables.aovs,
             camera: Camera::new(sensor),
             filter: FilterSampler::new(sensor.film.filter),
         }
     }
 
-    /// Brings every pixel of the tile to `spp` samples, `samples` their streams; leaves off between two pixels when the
-    /// observer cancels or `stop` is set.
+    /// Brings every pixel of the tile to its goal, `samples` the streams; leaves off between two
+    /// pixels when the observer cancels or `stop` is set.
     pub(super) fn render(
         &self,
         tile: &mut Tile,
-        spp: u32,
         samples: &SamplerTable,
         observer: &dyn Observer,
         stop: &AtomicBool,
@@ -51,11 +58,11 @@ impl<'a> TileRenderer<'a> {
             if observer.is_cancelled() || stop.load(Ordering::Relaxed) {
                 break;
             }
-            let first = tile.pixels[i].count;
-            for index in first..spp {
+            let (first, goal) = (tile.pixels[i].count, tile.pixels[i].goal);
+            for index in first..goal {
                 self.sample(tile, i, index, samples, &mut values, &mut work.rays);
             }
-            work.samples += u64::from(spp.saturating_sub(first));
+            work.samples += u64::from(goal.saturating_sub(first));
         }
         work
     }
@@ -74,7 +81,8 @@ impl<'a> TileRenderer<'a> {
         let (x, y) = (window.x + i as u32 % window.width, window.y + i as u32 / window.width);
         let mut sampler = samples.sampler((x, y), index);
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
-        let mut sample = radiance(self.scene, &self.integrator, &ray, &mut sampler, rays);
+        let mut sample =
+            radiance(self.scene, &self.integrator, self.cache, &ray, &mut sampler, rays);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {
             tile.non_finite.note((y, x, index));
             sample = LayeredRadiance { alpha: sample.alpha, ..Default::default() };

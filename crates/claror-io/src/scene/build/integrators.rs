@@ -1,6 +1,9 @@
 //! Integrators.
 
-use claror::integrator::{Aov, AovKind, IntegratorKind, IntegratorSettings};
+use claror::integrator::{
+    Aov, AovKind, Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings,
+};
+use claror::irradiance::Criterion;
 
 use super::Builder;
 use crate::scene::description::{ObjectIndex, Tag};
@@ -9,7 +12,7 @@ use crate::scene::properties::Properties;
 use crate::scene::values::short;
 
 /// All integrator plugins.
-const PLUGINS: [&str; 6] = ["path", "direct", "aov", "depth", "volpath", "volpathmis"];
+const PLUGINS: [&str; 7] = ["path", "irrcache", "direct", "aov", "depth", "volpath", "volpathmis"];
 
 impl<'a> Builder<'a> {
     /// The integrator of the scene.
@@ -31,6 +34,7 @@ impl<'a> Builder<'a> {
             // Without media the volumetric integrators are path tracers.
             "path" | "volpath" | "volpathmis" => Some(path(&properties)),
             "direct" => Some(direct(&properties)),
+            "irrcache" => Some(self.irrcache(&properties)),
             "depth" => {
                 Some(IntegratorSettings { kind: IntegratorKind::Depth, ..Default::default() })
             }
@@ -42,6 +46,38 @@ impl<'a> Builder<'a> {
         };
         self.finish(properties);
         settings
+    }
+
+    /// `irrcache` by itself, or around a path tracer as in Mitsuba 0.6.
+    fn irrcache(&mut self, properties: &Properties<'a>) -> IntegratorSettings {
+        let nested = self.nested(properties, Tag::Integrator);
+        if let Some((second, _)) = nested.get(1) {
+            let message = "\"irrcache\" takes one nested integrator";
+            self.log.error(second.span, message, None);
+        }
+        let inner = match nested.first() {
+            Some((_, index)) => self.integrator(*index).unwrap_or_default(),
+            None => path(properties),
+        };
+        let default = IrrCacheSettings::default();
+        let positive = |name, default| properties.positive(name, default);
+        let rays = IrrCacheSettings::GATHER_SAMPLES;
+        let range = i64::from(*rays.start())..=i64::from(*rays.end());
+        let rays = properties.integer("gather_samples", default.gather_samples.into(), range);
+        let mut criteria = Criterion::ALL.map(|c| (c.name(), c));
+        // The first is the default.
+        criteria.reverse();
+        let bounces = Bounces::ALL.map(|b| (b.name(), b));
+        let cache = IrrCacheSettings {
+            criterion: properties.choice("criterion", &criteria),
+            error: positive("error", default.error),
+            accuracy: positive("accuracy", default.accuracy),
+            gather_samples: u32::try_from(rays).unwrap_or(default.gather_samples),
+            min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
+            max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
+            bounces: properties.choice("bounces", &bounces),
+        };
+        IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..inner }
     }
 
     fn aov(&mut self, properties: &Properties<'a>) -> Option<IntegratorSettings> {
@@ -85,6 +121,7 @@ fn path(properties: &Properties) -> IntegratorSettings {
         rr_depth: properties.count("rr_depth", 5, 1),
         early_roulette: properties.boolean("early_roulette", true),
         hide_emitters: properties.boolean("hide_emitters", false),
+        ..Default::default()
     }
 }
 

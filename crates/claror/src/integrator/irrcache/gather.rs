@@ -1,0 +1,154 @@
+//! From a point of a surface to a record: rays over the hemisphere, and what follows from them.
+
+use std::sync::Arc;
+
+use super::hash::lit_normal;
+use super::{Bounces, IrradianceHash};
+use crate::integrator::IntegratorSettings;
+use crate::integrator::path::record_walk;
+use crate::interaction::SurfaceInteraction;
+use crate::irradiance::{
+    Cell, Criterion, Estimates, Grid, Hemisphere, MeshSettings, MeshTopology, Radii, RadiusBounds,
+    RadiusSettings, Record, mesh_derivatives, radii, ward_heckbert_gradient,
+};
+use crate::math::Frame;
+use crate::sampler::{SamplerKind, SamplerSettings, SamplerTable};
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
+
+/// Points of a surface at which a record is wanted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) si: SurfaceInteraction,
+    /// Side of a pixel there, scene units: the whole way from the eye, mirrors unfolded.
+    pub(super) footprint: f32,
+    /// Identifies the record, and its random numbers.
+    pub(super) key: u64,
+}
+
+/// Makes records: everything that they have in common.
+pub(super) struct Gatherer<'a> {
+    scene: &'a Scene,
+    settings: &'a IntegratorSettings,
+    hash: Option<&'a IrradianceHash>,
+    grid: Grid,
+    topology: Option<Arc<MeshTopology>>,
+    mesh: MeshSettings,
+    pub(super) radius: RadiusSettings,
+    samples: SamplerTable,
+    /// Largest radius wherever the record is, scene units.
+    largest: f32,
+}
+
+/// Share of the hemisphere's rays at backs of surfaces above which the record lies inside
+/// something.
+const INSIDE: f32 = 0.25;
+/// Reference length of the error, pixels.
+const REFERENCE_PIXELS: f32 = 10.0;
+/// Largest radius as a share of the scene's extent.
+const LARGEST_SHARE: f32 = 0.2;
+/// Distance of rays that met nothing, as a multiple of the scene's extent.
+const FAR: f32 = 10.0;
+
+impl<'a> Gatherer<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        settings: &'a IntegratorSettings,
+        hash: Option<&'a IrradianceHash>,
+        seed: u64,
+    ) -> Self {
+        let cache = &settings.cache;
+        let n = f64::from(cache.gather_samples.max(16)).sqrt().round() as u32;
+        let uses_mesh = cache.criterion == Criterion::Hessian;
+        let grid = if uses_mesh {
+            Grid::Concentric { n }
+        } else {
+            // Cells about as wide as high.
+            let m = (f64::from(cache.gather_samples.max(16)) / std::f64::consts::PI).sqrt().round();
+            Grid::Polar { m: m as u32, n: (m * std::f64::consts::PI).round() as u32 }
+        };
+        let extent = scene.accel.bounds().extent().max_element().max(1e-20);
+        let radius = RadiusSettings {
+            epsilon: cache.error,
+            accuracy: cache.accuracy,
+            ..RadiusSettings::new(cache.criterion)
+        };
+        let hash = if cache.bounces == Bounces::Hash { hash } else { None };
+        let sampler = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
+        Self {
+            scene,
+            settings,
+            hash,
+            grid,
+            topology: uses_mesh.then(|| Arc::new(MeshTopology::new(n))),
+            mesh: MeshSettings::new(FAR * extent),
+            radius,
+            samples: SamplerTable::new(&sampler, 0, (n * n).next_power_of_two().max(4)),
+            largest: LARGEST_SHARE * extent,
+        }
+    }
+
+    /// The record at a place; `None` where it would not be valid.
+    pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Record> {
+        let frame = Frame::from_normal(lit_normal(&place.si));
+        let hemisphere = self.hemisphere(place, &frame, rays)?;
+        if hemisphere.back_face_share() > f64::from(INSIDE) as f32 {
+            return None;
+        }
+        let mut estimates = Estimates::new(&hemisphere);
+        if let Some(topology) = &self.topology {
+            let derivatives = mesh_derivatives(&hemisphere, topology, &self.mesh)?;
+            estimates.translational = derivatives.gradient;
+            estimates.hessian = derivatives.hessian;
+        } else if self.radius.criterion.uses_gradients() {
+            estimates.translational = ward_heckbert_gradient(&hemisphere)?;
+        }
+        let radii = self.radii(&estimates, place.footprint);
+        let record = estimates.record(place.key, place.si.p, &frame, &radii);
+        record.is_valid().then_some(record)
+    }
+
+    fn radii(&self, estimates: &Estimates, footprint: f32) -> Radii {
+        let cache = &self.settings.cache;
+        let bounds = RadiusBounds {
+            least: cache.min_pixel_spacing * footprint,
+            largest: (cache.max_pixel_spacing * footprint).min(self.largest),
+            reference: REFERENCE_PIXELS * footprint,
+        };
+        radii(estimates, &bounds, &self.radius)
+    }
+
+    fn hemisphere(&self, place: &Place, frame: &Frame, rays: &mut u64) -> Option<Hemisphere> {
+        let (columns, rows) = self.grid.size();
+        let stream = (place.key as u32, (place.key >> 32) as u32);
+        let mut cells = Vec::with_capacity(self.grid.len());
+        for j in 0..rows {
+            for i in 0..columns {
+                // Neighbouring cells get neighbouring points of the sequence.
+                let mut sampler = self.samples.sampler(stream, morton(i, j));
+                let direction = self.grid.direction(i, j, sampler.next_2d());
+                let ray = place.si.spawn_ray(frame.to_world(direction));
+                let (radiance, hit) =
+                    record_walk(self.scene, self.settings, self.hash, &ray, &mut sampler, rays);
+                let (distance, normal) = hit
+                    .map_or((f32::INFINITY, crate::math::Vec3::ZERO), |hit| {
+                        (hit.t.max(4.0 * place.si.offset), frame.to_local(hit.ng))
+                    });
+                let radiance = if radiance.is_finite() { radiance } else { Rgb::BLACK };
+                cells.push(Cell { direction, distance, normal, flags: 0, radiance });
+            }
+        }
+        Hemisphere::new(self.grid, cells)
+    }
+}
+
+/// Interleaves the bits of two numbers below 2¹⁶.
+pub(super) fn morton(x: u32, y: u32) -> u32 {
+    let spread = |v: u32| {
+        let v = (v | v << 8) & 0x00ff_00ff;
+        let v = (v | v << 4) & 0x0f0f_0f0f;
+        let v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(x & 0xffff) | spread(y & 0xffff) << 1
+}

@@ -1,0 +1,112 @@
+//! `irrcache`: indirect irradiance at diffuse surfaces from a cache (Ward, Rubinstein and Clear
+//! 1988), all other light traced.
+//!
+//! | parameter | unit | default | |
+//! |---|---|---|---|
+//! | `error` | 1 | 0.1 | interpolation error that records are spread for; a dial, not a bound |
+//! | `accuracy` | 1 | 0.2 | Ward's `a`, for the other criteria than `hessian` |
+//! | `criterion` | | `hessian` | `thesis`, `ward88`, `ward92`, `tabellion04`, `krivanek06`, `hessian` |
+//! | `gather_samples` | 1 | 576 | rays of a record; rounded to a square number |
+//! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
+//! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
+//! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
+//!
+//! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
+//! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
+//! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
+//! by one ray, unbiased and noisy, and counted.
+//!
+//! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
+//! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
+
+mod gather;
+mod hash;
+mod prepass;
+mod shade;
+
+pub use prepass::{CacheStatistics, IsCancelled};
+pub(super) use shade::cached;
+
+use crate::irradiance::{Criterion, Index, Interpolated, LookupSettings, Query, Record, lookup};
+pub(super) use hash::{IrradianceHash, direct_light};
+
+/// Where the light comes from that a record's rays find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bounces {
+    /// Random walks: unbiased.
+    Path,
+    /// Random walks that end where they have gone far enough, at a coarse average of the
+    /// irradiance there: much less noise, a little bias.
+    #[default]
+    Hash,
+}
+
+impl Bounces {
+    /// All of them, the default first.
+    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
+
+    /// As scene files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Hash => "hash",
+        }
+    }
+}
+
+/// Parameters of `irrcache`, see the module.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IrrCacheSettings {
+    /// How far records can be used.
+    pub criterion: Criterion,
+    /// Relative interpolation error, for [`Criterion::Hessian`].
+    pub error: f32,
+    /// Ward's accuracy, for the others.
+    pub accuracy: f32,
+    /// Rays of a record.
+    pub gather_samples: u32,
+    /// Least radius, pixels.
+    pub min_pixel_spacing: f32,
+    /// Largest radius, pixels.
+    pub max_pixel_spacing: f32,
+    /// Light at the ends of a record's rays.
+    pub bounces: Bounces,
+}
+
+impl IrrCacheSettings {
+    /// Sensible numbers of rays of a record.
+    pub const GATHER_SAMPLES: std::ops::RangeInclusive<u32> = 16..=65_536;
+}
+
+impl Default for IrrCacheSettings {
+    fn default() -> Self {
+        Self {
+            criterion: Criterion::Hessian,
+            error: 0.1,
+            accuracy: 0.2,
+            gather_samples: 576,
+            min_pixel_spacing: 3.0,
+            max_pixel_spacing: 160.0,
+            bounces: Bounces::Hash,
+        }
+    }
+}
+
+/// Records of irradiance with all that is needed to look them up.
+#[derive(Debug)]
+pub struct IrradianceCache {
+    /// The records, in the order in which they were inserted.
+    pub records: Vec<Record>,
+    /// How it was made.
+    pub statistics: CacheStatistics,
+    index: Index,
+    lookup: LookupSettings,
+    hash: Option<IrradianceHash>,
+}
+
+impl IrradianceCache {
+    /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
+    pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
+        lookup(&self.records, &self.index, query, &self.lookup)
+    }
+}

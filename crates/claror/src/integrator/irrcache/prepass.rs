@@ -1,0 +1,235 @@
+//! The first pass: records where they are needed, from coarse to fine.
+//!
+//! Pixels are looked through on lattices of falling stride. Those that no record serves wait in a
+//! queue; its first few get records, in parallel, which are then inserted one by one in the
+//! queue's order unless a record of the same batch serves the place already. The batch depends on
+//! the number of records alone, so the result is the same for any number of threads, and insertion
+//! in the queue's order with a test before each makes it that of making one record at a time.
+
+use rayon::prelude::*;
+
+use super::gather::{Gatherer, Place, morton};
+use super::hash::lit_normal;
+use super::{Bounces, IrradianceCache, IrradianceHash};
+use crate::bsdf::BsdfAtHit;
+use crate::irradiance::{Index, LookupSettings, Query, Record, lookup};
+use crate::math::{Bounds3, Vec2, Vec3};
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::scene::Scene;
+use crate::sensor::{Camera, Sensor};
+
+/// Where in a pixel the prepass looks: not at the centre, which may lie exactly on an edge.
+const WITHIN_PIXEL: Vec2 = Vec2::new(0.63, 0.29);
+/// Coarsest lattice: about so many points across the picture.
+const COARSEST: u32 = 8;
+/// Surfaces that a camera ray is followed through to the first diffuse one.
+const MAX_CHAIN: u32 = 12;
+/// Records of a batch: a share of those that exist, within bounds.
+const BATCH_SHARE: usize = 16;
+const BATCH: (usize, usize) = (32, 4096);
+/// In the second pass points are served also by a little weight: a record's far side is better
+/// than one ray.
+const LEAST_WEIGHT: f32 = 0.02;
+
+/// What the first pass did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CacheStatistics {
+    /// Records made and stored.
+    pub records: usize,
+    /// Made, but another of the same batch served their place.
+    pub discarded: usize,
+    /// Places where no valid record could be made.
+    pub invalid: usize,
+    /// Records whose radius was raised to the lower bound.
+    pub raised: usize,
+    /// Records in crevices.
+    pub crevices: usize,
+    /// Rays traced.
+    pub rays: u64,
+}
+
+/// Asked between batches.
+pub type IsCancelled<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// What the first pass looks through the camera with.
+struct Eye<'a> {
+    scene: &'a Scene,
+    camera: Camera,
+    samples: SamplerSettings,
+}
+
+impl IrradianceCache {
+    /// Fills a cache for what a sensor sees. `None` when cancelled.
+    pub fn build(scene: &Scene, sensor: &Sensor, is_cancelled: IsCancelled) -> Option<Self> {
+        let settings = &scene.tables.integrator;
+        let seed = sensor.sampler.seed;
+        let camera = Camera::new(sensor);
+        let crop = sensor.film.crop;
+        let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
+        let hash = needs_hash.then(|| IrradianceHash::new(scene, &camera, crop, seed));
+        let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
+        let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
+        let eye = Eye { scene, camera, samples };
+        let bounds = scene.accel.bounds();
+        let mut filling = Filling::new(&gatherer, bounds);
+        let longest = crop.width.max(crop.height);
+        let mut stride = (longest / COARSEST).max(1).next_power_of_two();
+        let mut is_first = true;
+        while stride > 0 {
+            let mut pixels: Vec<(u32, u32)> = (0..crop.height)
+                .step_by(stride as usize)
+                .flat_map(|y| (0..crop.width).step_by(stride as usize).map(move |x| (x, y)))
+                .filter(|(x, y)| is_first || (x / stride) % 2 == 1 || (y / stride) % 2 == 1)
+                .collect();
+            // Spread out: neighbours in this order are far apart.
+            pixels.sort_by_key(|(x, y)| morton(x / stride, y / stride).reverse_bits());
+            filling.level(&eye, crop.x, crop.y, &pixels, is_cancelled)?;
+            is_first = false;
+            stride /= 2;
+        }
+        Some(filling.freeze(hash.clone()))
+    }
+}
+
+/// A cache that is being filled.
+struct Filling<'a> {
+    gatherer: &'a Gatherer<'a>,
+    lookup: LookupSettings,
+    records: Vec<Record>,
+    index: Index,
+    statistics: CacheStatistics,
+}
+
+impl<'a> Filling<'a> {
+    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3) -> Self {
+        let lookup = LookupSettings::new(&gatherer.radius);
+        // Surface points may round to just outside.
+        let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
+        let bounds = Bounds3 { min: bounds.min - slack, max: bounds.max + slack };
+        let index = Index::octree(bounds, lookup.reach());
+        Self {
+            gatherer,
+            lookup,
+            records: Vec::new(),
+            index,
+            statistics: CacheStatistics::default(),
+        }
+    }
+
+    /// One lattice.
+    fn level(
+        &mut self,
+        eye: &Eye,
+        left: u32,
+        top: u32,
+        pixels: &[(u32, u32)],
+        is_cancelled: IsCancelled,
+    ) -> Option<()> {
+        let mut queue: Vec<Place> = pixels
+            .par_iter()
+            .map(|&(x, y)| eye.place(left + x, top + y).filter(|p| !self.serves(p)))
+            .collect::<Vec<_>>()
+            .into_iter()
+            .flatten()
+            .collect();
+        while !queue.is_empty() {
+            if is_cancelled() {
+                return None;
+            }
+            let batch = (self.records.len() / BATCH_SHARE).clamp(BATCH.0, BATCH.1).min(queue.len());
+            let rest = queue.split_off(batch);
+            self.batch(&queue);
+            queue = rest
+                .into_par_iter()
+                .map(|p| Some(p).filter(|p| !self.serves(p)))
+                .collect::<Vec<_>>()
+                .into_iter()
+                .flatten()
+                .collect();
+        }
+        Some(())
+    }
+
+    fn batch(&mut self, places: &[Place]) {
+        let gatherer = self.gatherer;
+        let made: Vec<(Option<Record>, u64)> = places
+            .par_iter()
+            .with_max_len(1)
+            .map(|place| {
+                let mut rays = 0;
+                (gatherer.record(place, &mut rays), rays)
+            })
+            .collect();
+        for ((record, rays), place) in made.into_iter().zip(places) {
+            self.statistics.rays += rays;
+            let Some(record) = record else {
+                self.statistics.invalid += 1;
+                continue;
+            };
+            if self.serves(place) {
+                self.statistics.discarded += 1;
+                continue;
+            }
+            self.statistics.raised += usize::from(record.flags & Record::RAISED != 0);
+            self.statistics.crevices += usize::from(record.flags & Record::CREVICE != 0);
+            self.index.insert(self.records.len() as u32, &record);
+            self.records.push(record);
+        }
+    }
+
+    fn serves(&self, place: &Place) -> bool {
+        let n = lit_normal(&place.si);
+        let query = Query { p: place.si.p, n_smooth: n, n_shading: n };
+        lookup(&self.records, &self.index, &query, &self.lookup).is_some()
+    }
+
+    fn freeze(mut self, hash: Option<IrradianceHash>) -> IrradianceCache {
+        self.statistics.records = self.records.len();
+        let least = self.lookup.min_weight.min(LEAST_WEIGHT);
+        let lookup = LookupSettings { min_weight: least, ..self.lookup };
+        IrradianceCache {
+            index: Index::frozen(&self.records, lookup.reach()),
+            records: self.records,
+            statistics: self.statistics,
+            lookup,
+            hash,
+        }
+    }
+}
+
+impl Eye<'_> {
+    /// The first diffuse surface that a pixel sees, mirrors and glass followed.
+    fn place(&self, x: u32, y: u32) -> Option<Place> {
+        let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
+        let mut ray = self.camera.ray(film, Vec2::splat(0.5));
+        let beside = self.camera.ray(film + Vec2::X, Vec2::splat(0.5));
+        let footprint = |way: f32| {
+            let spread: Vec3 = beside.at(way) - ray.at(way);
+            spread.length()
+        };
+        // Rays of one pixel start apart with a lens or without perspective: the way counts from
+        // where they start.
+        let (at_start, at_one) = (footprint(0.0), footprint(1.0));
+        let mut way = 0.0;
+        let key = u64::from(y) << 32 | u64::from(x);
+        let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
+        let mut bsdf = BsdfAtHit::empty();
+        for _ in 0..MAX_CHAIN {
+            let si = self.scene.intersect(&ray)?;
+            way += si.t;
+            let tables = &self.scene.tables;
+            let shape = &tables.shapes.shapes[si.shape.0 as usize];
+            tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
+            if !bsdf.diffuse_albedo().is_black() {
+                let footprint = at_start + (at_one - at_start) * way;
+                return Some(Place { si, footprint, key });
+            }
+            if bsdf.is_diffuse() {
+                return None;
+            }
+            let sample = bsdf.sample(sampler.next_1d(), sampler.next_2d())?;
+            ray = si.spawn_ray(sample.wi);
+        }
+        None
+    }
+}

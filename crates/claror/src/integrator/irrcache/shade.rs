@@ -1,0 +1,280 @@
+//! The second pass: radiance along a camera ray with diffuse indirect light from the cache.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use super::IrradianceCache;
+use super::hash::{direct_light, lit_normal};
+use crate::bsdf::BsdfAtHit;
+use crate::emitter::LightReference;
+use crate::integrator::light::{light_reference, past, power_heuristic, sample_light};
+use crate::integrator::path::record_walk;
+use crate::integrator::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
+use crate::interaction::SurfaceInteraction;
+use crate::irradiance::Query;
+use crate::math::warp::cosine_hemisphere;
+use crate::math::{Frame, Ray};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
+
+/// Dimensions per vertex: which light, where on it; which lobe, which direction; roulette.
+const VERTEX_DIMENSIONS: u32 = 5;
+/// Longest chain of surfaces that are not diffuse.
+const MAX_CHAIN: u32 = 64;
+/// Scattering events after which weak paths may end, and the throughput that counts as weak.
+const ROULETTE: u32 = 2;
+const SURE_THROUGHPUT: f32 = 0.25;
+
+/// How the current ray's emission is to be counted.
+enum Emission {
+    /// In full: light sampling could not have found it.
+    All,
+    /// By multiple importance sampling against this density, from this point.
+    Weighted(LightReference, f32),
+}
+
+struct Chain<'a> {
+    scene: &'a Scene,
+    settings: &'a IntegratorSettings,
+    cache: &'a IrradianceCache,
+    result: LayeredRadiance,
+    /// For all light but emission at the end of the current ray.
+    throughput: Rgb,
+    /// For emission at the end of the current ray: direct light is scattered by all components,
+    /// other light by those that are not in the cache.
+    emission_throughput: Rgb,
+    emission: Emission,
+    /// Surfaces left behind, and those of them that were visible.
+    depth: u32,
+    vertices: u32,
+    rays: u64,
+}
+
+/// Radiance along the camera ray `ray`.
+pub(in crate::integrator) fn cached(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    cache: &IrradianceCache,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> LayeredRadiance {
+    if settings.max_depth == Some(0) {
+        return LayeredRadiance::default();
+    }
+    let mut chain = Chain {
+        scene,
+        settings,
+        cache,
+        result: LayeredRadiance::default(),
+        throughput: Rgb::WHITE,
+        emission_throughput: Rgb::WHITE,
+        emission: Emission::All,
+        depth: 0,
+        vertices: 0,
+        rays: 0,
+    };
+    chain.run(*ray, sampler);
+    *rays += chain.rays;
+    chain.result
+}
+
+impl Chain<'_> {
+    fn run(&mut self, mut ray: Ray, sampler: &mut Sampler) {
+        let mut bsdf = BsdfAtHit::empty();
+        while self.depth < MAX_CHAIN {
+            self.rays += 1;
+            let hit = self.scene.intersect(&ray);
+            let Some(si) = &hit else {
+                self.add_environment(&ray);
+                return;
+            };
+            let tables = &self.scene.tables;
+            let shape = &tables.shapes.shapes[si.shape.0 as usize];
+            if shape.emitter.is_some() {
+                if self.settings.hide_emitters && self.depth == 0 {
+                    ray = past(si, &ray);
+                    continue;
+                }
+                self.add_emission(si);
+            }
+            if self.throughput.is_black() {
+                return;
+            }
+            tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, si, &mut bsdf);
+            if !bsdf.is_null_only() {
+                self.result.alpha = 1.0;
+            }
+            if self.settings.max_depth.is_some_and(|limit| self.depth + 1 >= limit) {
+                return;
+            }
+            let Some(next) = self.scatter(si, &bsdf, sampler) else { return };
+            ray = next;
+        }
+    }
+
+    /// Adds direct and cached light, then goes on with what is not diffuse.
+    fn scatter(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        sampler: &mut Sampler,
+    ) -> Option<Ray> {
+        let dimension = CAMERA_DIMENSIONS + self.depth * VERTEX_DIMENSIONS;
+        self.add_cached(si, bsdf, dimension, sampler);
+        sampler.set_dimension(dimension);
+        if bsdf.is_diffuse() {
+            // Nothing goes on, so light sampling stands alone.
+            self.rays += 1;
+            let direct = self.throughput * direct_light(self.scene, si, bsdf, sampler);
+            *self.layer(|r| &mut r.direct) += direct;
+            return None;
+        }
+        let reference = light_reference(si, bsdf);
+        if bsdf.has_smooth() {
+            self.add_weighted_light(si, bsdf, &reference, sampler);
+        }
+        sampler.set_dimension(dimension + 2);
+        let u_lobe = sampler.next_1d();
+        sampler.set_dimension(dimension + 3);
+        let sample = bsdf.sample(u_lobe, sampler.next_2d())?;
+        self.depth += 1;
+        self.vertices += u32::from(!sample.is_null);
+        self.emission_throughput = self.throughput * sample.weight;
+        if sample.is_delta || sample.is_null {
+            self.throughput = self.emission_throughput;
+            self.emission = Emission::All;
+        } else {
+            self.throughput *= sample.weight - sample.diffuse_weight;
+            self.emission = Emission::Weighted(reference, sample.pdf);
+        }
+        self.roulette(sampler);
+        (!self.emission_throughput.is_black()).then(|| si.spawn_ray(sample.wi))
+    }
+
+    /// Ends weak chains, but for the emission that the next ray may find.
+    fn roulette(&mut self, sampler: &mut Sampler) {
+        let largest = self.throughput.max_component();
+        if self.depth < ROULETTE || largest == 0.0 {
+            return;
+        }
+        let limit = if self.depth >= self.settings.rr_depth { 0.95 } else { 1.0 };
+        let q = (largest / SURE_THROUGHPUT).min(limit);
+        if q < 1.0 {
+            let ends = sampler.next_1d() >= q;
+            let factor = if ends { 0.0 } else { 1.0 / q };
+            self.throughput *= factor;
+            if matches!(self.emission, Emission::All) {
+                self.emission_throughput *= factor;
+            }
+        }
+    }
+
+    /// Where light goes: at the first vertex into the layer `first`, later into the rest.
+    fn layer(&mut self, first: fn(&mut LayeredRadiance) -> &mut Rgb) -> &mut Rgb {
+        if self.vertices == 0 { first(&mut self.result) } else { &mut self.result.rest }
+    }
+
+    fn add_cached(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        dimension: u32,
+        sampler: &mut Sampler,
+    ) {
+        let albedo = bsdf.diffuse_albedo();
+        let is_deep_enough = self.settings.max_depth.is_none_or(|limit| self.depth + 2 < limit);
+        if albedo.is_black() || !is_deep_enough {
+            return;
+        }
+        let n = lit_normal(si);
+        let query = Query { p: si.p, n_smooth: n, n_shading: n };
+        let irradiance = match self.cache.lookup(&query) {
+            Some(found) => found.irradiance,
+            None => self.uncached(si, dimension, sampler),
+        };
+        let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;
+        *self.layer(|r| &mut r.indirect) += indirect;
+    }
+
+    /// Irradiance by one cosine-distributed ray.
+    fn uncached(&mut self, si: &SurfaceInteraction, dimension: u32, sampler: &mut Sampler) -> Rgb {
+        sampler.set_dimension(dimension + 3);
+        let local = cosine_hemisphere(sampler.next_2d());
+        let ray = si.spawn_ray(Frame::from_normal(lit_normal(si)).to_world(local));
+        let (scene, rays) = (self.scene, &mut self.rays);
+        let hash = self.cache.hash.as_ref();
+        record_walk(scene, self.settings, hash, &ray, sampler, rays).0 * PI
+    }
+
+    /// Next-event estimation at a surface that is not only diffuse.
+    fn add_weighted_light(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        reference: &LightReference,
+        sampler: &mut Sampler,
+    ) {
+        let u_select = if self.scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
+        let u = sampler.next_2d();
+        let Some(light) = sample_light(self.scene, reference, bsdf, u_select, u) else { return };
+        self.rays += 1;
+        if light.is_visible(self.scene, si) {
+            let weight = power_heuristic(light.light_pdf(), light.bsdf_pdf());
+            let radiance = self.throughput * light.contribution() * weight;
+            *self.layer(|r| &mut r.direct) += radiance;
+        }
+    }
+
+    fn add_emission(&mut self, si: &SurfaceInteraction) {
+        let scene = self.scene;
+        let radiance = scene.lights.emitted_radiance(&scene.tables, si);
+        if radiance.is_black() {
+            return;
+        }
+        if !self.settings.hide_emitters {
+            self.result.alpha = 1.0;
+        }
+        let light_pdf = match &self.emission {
+            Emission::All => 0.0,
+            Emission::Weighted(reference, _) => {
+                scene.lights.pdf_surface(&scene.tables, reference, -si.wo, si)
+            }
+        };
+        self.add_found(radiance, light_pdf);
+    }
+
+    fn add_environment(&mut self, ray: &Ray) {
+        let scene = self.scene;
+        let seen_directly = self.vertices == 0;
+        if !scene.lights.has_environment() || (seen_directly && self.settings.hide_emitters) {
+            return;
+        }
+        if seen_directly {
+            self.result.alpha = 1.0;
+        }
+        let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
+        let light_pdf = match &self.emission {
+            Emission::All => 0.0,
+            Emission::Weighted(reference, _) => {
+                scene.lights.pdf_environment(&scene.tables, reference, ray.d)
+            }
+        };
+        self.add_found(radiance, light_pdf);
+    }
+
+    /// Adds emitted light that the current ray found, and that light sampling would have found
+    /// with density `light_pdf`.
+    fn add_found(&mut self, radiance: Rgb, light_pdf: f32) {
+        let weight = match self.emission {
+            Emission::All => 1.0,
+            Emission::Weighted(_, pdf) => power_heuristic(pdf, light_pdf),
+        };
+        let radiance = self.emission_throughput * radiance * weight;
+        match (&self.emission, self.vertices) {
+            (Emission::All, 0) => self.result.emission += radiance,
+            (Emission::Weighted(..), 1) => self.result.direct += radiance,
+            _ => self.result.rest += radiance,
+        }
+    }
+}
