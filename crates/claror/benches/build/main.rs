@@ -17,9 +17,12 @@ use claror::shape::{Mesh, MeshId, Shape, ShapeKind, ShapeTable};
 use clock::Clock;
 use std::process::Command;
 
+/// Makes a mesh of about so many triangles.
+type Maker = fn(usize) -> Mesh;
+
 /// The third is the most that reinsertion takes on.
 const COUNTS: [usize; 4] = [100_000, 1_000_000, 1 << 22, 10_000_000];
-const KINDS: [(&str, fn(usize) -> Mesh); 3] =
+const KINDS: [(&str, Maker); 3] =
     [("surface", surface), ("strewn", strewn), ("coincident", coincident)];
 
 fn main() {
