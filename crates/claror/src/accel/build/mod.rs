@@ -38,8 +38,14 @@ pub(super) fn tree(
         bounds: Bounds3::EMPTY,
     };
     for (attempt, sah_depth) in binary::SAH_DEPTHS.into_iter().enumerate() {
+        if attempt > 0 {
+            refs = primitives::collect(shapes, ids, instances)?.refs;
+        }
         let mut nodes = binary::build(&mut refs, sah_depth);
         let mut order: Vec<u32> = refs.iter().map(PrimitiveRef::id).collect();
+        // The largest pieces of memory must not stand side by side: in the rare case of a second
+        // attempt, the primitives are collected again.
+        refs = Vec::new();
         if attempt == 0 {
             reinsert::improve(&mut nodes, &mut order);
         }
@@ -51,14 +57,11 @@ pub(super) fn tree(
         }
         if size.depth <= MAX_DEPTH {
             tree.bounds = nodes.first().map_or(Bounds3::EMPTY, |root| root.bounds);
-            // The largest pieces of memory must not stand side by side.
-            refs = Vec::new();
             plan.emit(&mut tree, &size);
-            break;
+            return Ok(tree);
         }
     }
-    debug_assert!(refs.is_empty(), "a tree of halved ranges is never too deep");
-    Ok(tree)
+    unreachable!("a tree of halved ranges is never too deep")
 }
 
 /// See [`Tree::directory`].
