@@ -175,14 +175,17 @@ pub(crate) struct StopArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Changes to the scene")]
 pub(crate) struct ChangeArgs {
-    /// How light is computed: path, direct or depth
+    /// How light is computed: irrcache, path, direct or depth
     #[arg(short, long, value_name = "NAME")]
     pub(crate) integrator: Option<String>,
     /// Set a parameter, such as integrator.max_depth=4
     ///
     /// The parameters are: integrator.type, integrator.max_depth (-1: no limit),
     /// integrator.rr_depth, integrator.early_roulette, integrator.hide_emitters,
-    /// integrator.emitter_samples and integrator.bsdf_samples (of direct), sampler.type, sampler.seed, sampler.sample_count,
+    /// integrator.emitter_samples and integrator.bsdf_samples (of direct), integrator.criterion,
+    /// integrator.error, integrator.accuracy, integrator.gather_samples,
+    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing and integrator.bounces (of
+    /// irrcache), sampler.type, sampler.seed, sampler.sample_count,
     /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
     /// film.alpha, film.rfilter. `-v` shows their values.
     #[arg(

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use claror::integrator::Aov;
+use claror::integrator::{Aov, CacheStatistics};
 use claror::render::{RenderError, RenderOutput, RenderSettings, RenderState, StopReason};
 use claror::scene::Scene;
 use claror_io::image::MetadataValue;
@@ -178,6 +178,9 @@ fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, F
         job.console.result(&output.name());
     }
     job.console.result(&summary(output, elapsed));
+    if let Some(cache) = &output.cache {
+        job.console.result(&cache_summary(cache));
+    }
     job.console.event(&result_event(job, output, elapsed));
     Ok(if output.stop == StopReason::Cancelled { Exit::Interrupted } else { Exit::Success })
 }
@@ -247,6 +250,19 @@ fn summary(output: &RenderOutput, elapsed: Duration) -> String {
     format!("{}: {reason}", parts.join(", "))
 }
 
+/// `1234 records from 710 k rays; 12 discarded, 3 not valid, 401 at the least radius, 7 in crevices`.
+fn cache_summary(cache: &CacheStatistics) -> String {
+    format!(
+        "{} from {}rays; {} discarded, {} not valid, {} at the least radius, {} in crevices",
+        units::plural(cache.records as u64, "record"),
+        units::decimal(cache.rays as f64),
+        cache.discarded,
+        cache.invalid,
+        cache.raised,
+        cache.crevices,
+    )
+}
+
 /// What an OpenEXR file says about how it was made.
 fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String, MetadataValue)> {
     let text = |name: &str, value: &str| (name.to_owned(), MetadataValue::Text(value.to_owned()));
@@ -265,6 +281,9 @@ fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String,
     ];
     if output.error.is_finite() {
         metadata.push(number("claror.estimated_error", output.error.into()));
+    }
+    if let Some(cache) = &output.cache {
+        metadata.push(number("claror.records", cache.records as f64));
     }
     let parameters = job.parameters.iter();
     metadata.extend(parameters.map(|(name, value)| text(&format!("claror.{name}"), value)));
@@ -290,6 +309,14 @@ fn result_event(job: &Job, output: &RenderOutput, elapsed: Duration) -> Value {
         "non_finite_samples": output.non_finite.count,
         "stop": stop_reason(output.stop),
         "scene_hash": job.settings.scene_hash,
+        "cache": output.cache.map(|cache| json!({
+            "records": cache.records,
+            "discarded": cache.discarded,
+            "invalid": cache.invalid,
+            "at_least_radius": cache.raised,
+            "crevices": cache.crevices,
+            "rays": cache.rays,
+        })),
         "parameters": parameters,
     })
 }

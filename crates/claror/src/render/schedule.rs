@@ -143,7 +143,7 @@ pub(super) fn run(
         picture: Picture::new(&state.film, sensor.film.alpha, &scene.tables.aovs),
         stop,
         spp: state.film.sample_counts().0,
-        rays: round.rays.into_inner(),
+        rays: round.rays.into_inner() + cache.as_ref().map_or(0, |cache| cache.statistics.rays),
         error,
         non_finite: state.film.non_finite(),
         cache: cache.map(|cache| cache.statistics),

@@ -92,7 +92,7 @@ impl<'a> Gatherer<'a> {
     pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Record> {
         let frame = Frame::from_normal(lit_normal(&place.si));
         let hemisphere = self.hemisphere(place, &frame, rays)?;
-        if hemisphere.back_face_share() > f64::from(INSIDE) as f32 {
+        if hemisphere.back_face_share() > INSIDE {
             return None;
         }
         let mut estimates = Estimates::new(&hemisphere);

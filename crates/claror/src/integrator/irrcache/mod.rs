@@ -23,6 +23,8 @@ mod gather;
 mod hash;
 mod prepass;
 mod shade;
+#[cfg(test)]
+mod tests;
 
 pub use prepass::{CacheStatistics, IsCancelled};
 pub(super) use shade::cached;

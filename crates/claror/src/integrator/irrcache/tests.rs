@@ -1,0 +1,191 @@
+use super::*;
+use crate::integrator::{IntegratorKind, IntegratorSettings, radiance};
+use crate::math::{DVec3, Vec2};
+use crate::render::{Observer, Progress, RenderSettings, RenderState, render};
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::scene::Scene;
+use crate::scene::test_scene::{TestScene, mixed_room};
+use crate::sensor::Camera;
+use crate::spectrum::Rgb;
+use std::f32::consts::PI;
+use std::time::Duration;
+
+fn cached(cache: IrrCacheSettings) -> IntegratorSettings {
+    IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..Default::default() }
+}
+
+fn build(scene: &Scene) -> IrradianceCache {
+    let sensor = &scene.tables.sensors[0];
+    IrradianceCache::build(scene, sensor, &|| false).expect("not cancelled")
+}
+
+/// A closed room that emits 1 and reflects `albedo`.
+fn furnace(albedo: f32, settings: IrrCacheSettings) -> Scene {
+    let mut t = TestScene::default();
+    let bsdf = t.diffuse(Rgb::splat(albedo));
+    let room = t.room(bsdf);
+    t.emit(room, Rgb::WHITE);
+    t.camera(DVec3::new(0.3, 0.2, -0.9), DVec3::new(0.0, -0.2, 1.0), 80.0, 24);
+    t.tables.integrator = cached(settings);
+    t.build()
+}
+
+/// Indirect irradiance in a furnace is π ρ/(1 − ρ): the emission at the ends of a record's rays is
+/// direct light, and must not be in it. Walks are sums of many terms; five standard errors of the
+/// mean of all records, from their own spread.
+#[test]
+fn furnace_fixes_what_a_record_holds() {
+    for bounces in Bounces::ALL {
+        let scene = furnace(0.5, IrrCacheSettings { bounces, ..Default::default() });
+        let cache = build(&scene);
+        let n = cache.records.len() as f32;
+        assert!(n >= 8.0, "{n} records");
+        let mean = cache.records.iter().map(|r| r.irradiance.r).sum::<f32>() / n;
+        let variance =
+            cache.records.iter().map(|r| (r.irradiance.r - mean).powi(2)).sum::<f32>() / (n - 1.0);
+        // Records share the hash, whose own error does not average out: a percent for that.
+        let shared = if bounces == Bounces::Hash { 0.01 * PI } else { 0.0 };
+        let tolerance = 5.0 * (variance / n).sqrt() + shared;
+        assert!((mean - PI).abs() < tolerance, "{bounces:?}: {mean}, tolerance {tolerance}");
+        assert!(tolerance < 0.05 * PI, "{bounces:?}: the test could tell nothing");
+    }
+}
+
+/// With `max_depth` 2 there is no indirect light, with 3 one bounce of it: π ρ.
+#[test]
+fn furnace_counts_bounces() {
+    for (max_depth, expected) in [(3, 0.5 * PI), (4, 0.75 * PI)] {
+        let mut scene = furnace(0.5, IrrCacheSettings::default());
+        scene.tables.integrator.max_depth = Some(max_depth);
+        let cache = build(&scene);
+        let n = cache.records.len() as f32;
+        let mean = cache.records.iter().map(|r| r.irradiance.r).sum::<f32>() / n;
+        assert!((mean - expected).abs() < 0.01 * expected, "depth {max_depth}: {mean}");
+    }
+}
+
+/// Mean indirect radiance over the film, and its standard error from independent samples.
+fn film_mean(scene: &Scene, cache: Option<&IrradianceCache>, samples: u32) -> (f64, f64) {
+    let sensor = &scene.tables.sensors[0];
+    let camera = Camera::new(sensor);
+    let size = Vec2::new(sensor.film.width as f32, sensor.film.height as f32);
+    let streams =
+        SamplerSettings { kind: SamplerKind::Independent, sample_count: samples, seed: 11 };
+    let (mut sum, mut squares, mut rays) = (0.0, 0.0, 0);
+    for i in 0..samples {
+        let mut sampler = Sampler::new(&streams, (0, 0), i);
+        let ray = camera.ray(sampler.next_2d() * size, sampler.next_2d());
+        let found = radiance(scene, &scene.tables.integrator, cache, &ray, &mut sampler, &mut rays);
+        let value = f64::from(found.indirect.luminance());
+        sum += value;
+        squares += value * value;
+    }
+    let n = f64::from(samples);
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean) / n).sqrt())
+}
+
+/// Indirect light in a room with a mirror, a lamp and two spheres has the mean that paths give:
+/// within 4.5 standard errors and half a per cent of interpolation.
+#[test]
+fn pictures_have_the_mean_of_path_traced_ones() {
+    let mut t = mixed_room(32);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    let cache = build(&scene);
+    let (path, path_error) = film_mean(&scene, None, 400_000);
+    let (mean, error) = film_mean(&scene, Some(&cache), 100_000);
+    let tolerance = 4.5 * path_error.hypot(error) + 0.005 * path;
+    assert!((mean - path).abs() < tolerance, "{mean} cached, {path} traced, {tolerance}");
+    assert!(tolerance < 0.02 * path, "the test could tell nothing");
+    assert!(error < path_error, "100 000 cached samples: {error}; 400 000 paths: {path_error}");
+}
+
+/// A finer error makes more records, up to a few per cent of chance.
+#[test]
+fn finer_errors_make_more_records() {
+    let count = |error| {
+        let mut t = mixed_room(32);
+        t.tables.integrator = cached(IrrCacheSettings { error, ..Default::default() });
+        build(&t.build()).records.len()
+    };
+    let counts = [0.8, 0.2, 0.05].map(count);
+    assert!(counts.is_sorted(), "{counts:?}");
+}
+
+struct Silent;
+
+impl Observer for Silent {
+    fn elapsed(&self) -> Duration {
+        Duration::ZERO
+    }
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+    fn progress(&self, _: &Progress) {}
+    fn checkpoint(&self, _: &RenderState) {}
+}
+
+fn in_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool").install(work)
+}
+
+/// Records and picture are the same bits for any number of threads, adaptive sampling included.
+#[test]
+fn threads_change_no_bit() {
+    let mut t = mixed_room(32);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    let settings = RenderSettings { spp: Some(64), ..Default::default() };
+    let result = |threads| {
+        in_pool(threads, || {
+            let records = build(&scene).records;
+            let output = render(&scene, 0, &settings, None, &Silent).expect("a sound scene");
+            (records, output.state)
+        })
+    };
+    let one = result(1);
+    for threads in [2, 3, 7] {
+        assert!(result(threads) == one, "{threads} threads");
+    }
+    let counts: Vec<u32> =
+        one.1.film.tiles.iter().flat_map(|t| &t.pixels).map(|p| p.count).collect();
+    let (least, most) = (counts.iter().min(), counts.iter().max());
+    assert_eq!((least, most), (Some(&16), Some(&64)), "some pixels need more than others");
+}
+
+/// An interrupted adaptive render goes on to the same bits.
+#[test]
+fn interruptions_change_no_bit() {
+    let mut t = mixed_room(32);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    let settings = RenderSettings { spp: Some(64), ..Default::default() };
+    let whole = render(&scene, 0, &settings, None, &Silent).expect("a sound scene").state;
+    for stop_after in [1, 5, 12, 20] {
+        let observer = Stopping { left: stop_after.into() };
+        let part = render(&scene, 0, &settings, None, &observer).expect("a sound scene").state;
+        let bytes = part.to_bytes();
+        let part = RenderState::from_bytes(&bytes).expect("what was written");
+        let rest = render(&scene, 0, &settings, Some(part), &Silent).expect("the same scene");
+        assert!(rest.state == whole, "interrupted after {stop_after} tiles");
+    }
+}
+
+/// Cancels after some tiles.
+struct Stopping {
+    left: std::sync::atomic::AtomicI64,
+}
+
+impl Observer for Stopping {
+    fn elapsed(&self) -> Duration {
+        Duration::ZERO
+    }
+    fn is_cancelled(&self) -> bool {
+        self.left.load(std::sync::atomic::Ordering::Relaxed) <= 0
+    }
+    fn progress(&self, _: &Progress) {
+        self.left.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
+    }
+    fn checkpoint(&self, _: &RenderState) {}
+}
