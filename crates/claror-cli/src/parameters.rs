@@ -94,6 +94,11 @@ const PARAMETERS: &[Parameter] = &[
         set: |target, value| assign(&mut cache_mut(target)?.accuracy, positive(value)?),
     },
     Parameter {
+        name: "integrator.noise",
+        get: |integrator, _| cache(integrator).map(|c| c.noise.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.noise, positive(value)?),
+    },
+    Parameter {
         name: "integrator.gather_samples",
         get: |integrator, _| cache(integrator).map(|c| c.gather_samples.to_string()),
         set: |target, value| match number(value)? {

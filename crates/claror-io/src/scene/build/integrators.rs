@@ -72,6 +72,7 @@ impl<'a> Builder<'a> {
             criterion: properties.choice("criterion", &criteria),
             error: positive("error", default.error),
             accuracy: positive("accuracy", default.accuracy),
+            noise: positive("noise", default.noise),
             gather_samples: u32::try_from(rays).unwrap_or(default.gather_samples),
             min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
             max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),

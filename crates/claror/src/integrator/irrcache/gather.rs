@@ -43,6 +43,8 @@ pub(super) struct Gatherer<'a> {
 /// Share of the hemisphere's rays at backs of surfaces above which the record lies inside
 /// something.
 const INSIDE: f32 = 0.25;
+/// Most batches of rays.
+const MAX_BATCHES: u32 = 16;
 /// Reference length of the error, pixels.
 const REFERENCE_PIXELS: f32 = 10.0;
 /// Largest radius as a share of the scene's extent.
@@ -91,7 +93,7 @@ impl<'a> Gatherer<'a> {
     /// The record at a place; `None` where it would not be valid.
     pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Record> {
         let frame = Frame::from_normal(lit_normal(&place.si));
-        let hemisphere = self.hemisphere(place, &frame, rays)?;
+        let hemisphere = self.quiet_hemisphere(place, &frame, rays)?;
         if hemisphere.back_face_share() > INSIDE {
             return None;
         }
@@ -118,9 +120,39 @@ impl<'a> Gatherer<'a> {
         radii(estimates, &bounds, &self.radius)
     }
 
-    fn hemisphere(&self, place: &Place, frame: &Frame, rays: &mut u64) -> Option<Hemisphere> {
+    /// Batches of rays until the irradiance is as exact as wanted. Whole batches are added, never
+    /// rays where the first ones look uncertain, which would bias.
+    fn quiet_hemisphere(&self, place: &Place, frame: &Frame, rays: &mut u64) -> Option<Hemisphere> {
+        let noise = self.settings.cache.noise;
+        let mut all = self.hemisphere(place, frame, 0, rays)?;
+        if all.relative_error() <= noise {
+            return Some(all);
+        }
+        let mut spread = Spread::new(all.cells.len());
+        spread.add(&all);
+        for batch in 1..MAX_BATCHES {
+            let more = self.hemisphere(place, frame, batch, rays)?;
+            spread.add(&more);
+            all.add_batch(&more);
+            // In complete darkness there is nothing to improve: 0/0.
+            let is_noisy = spread.relative_error() > f64::from(noise);
+            if (batch + 1).is_power_of_two() && !is_noisy {
+                break;
+            }
+        }
+        Some(all)
+    }
+
+    fn hemisphere(
+        &self,
+        place: &Place,
+        frame: &Frame,
+        batch: u32,
+        rays: &mut u64,
+    ) -> Option<Hemisphere> {
         let (columns, rows) = self.grid.size();
-        let stream = (place.key as u32, (place.key >> 32) as u32);
+        let high = (place.key >> 32) as u32 ^ batch.wrapping_mul(0x9e37_79b9);
+        let stream = (place.key as u32, high);
         let mut cells = Vec::with_capacity(self.grid.len());
         for j in 0..rows {
             for i in 0..columns {
@@ -139,6 +171,40 @@ impl<'a> Gatherer<'a> {
             }
         }
         Hemisphere::new(self.grid, cells)
+    }
+}
+
+/// How far the batches of a record's rays differ, cell by cell: unlike differences between
+/// neighbouring cells this is free of what truly differs between directions.
+struct Spread {
+    /// Per cell: sum of the luminances, and of their squares.
+    sums: Vec<[f64; 2]>,
+    batches: u32,
+}
+
+impl Spread {
+    fn new(cells: usize) -> Self {
+        Self { sums: vec![[0.0; 2]; cells], batches: 0 }
+    }
+
+    fn add(&mut self, hemisphere: &Hemisphere) {
+        for (sum, cell) in self.sums.iter_mut().zip(&hemisphere.cells) {
+            let value = f64::from(cell.radiance.luminance());
+            sum[0] += value;
+            sum[1] += value * value;
+        }
+        self.batches += 1;
+    }
+
+    /// Standard error of the mean over all cells and batches, relative to it.
+    fn relative_error(&self) -> f64 {
+        let n = f64::from(self.batches);
+        let (mut total, mut variance) = (0.0, 0.0);
+        for [sum, squares] in &self.sums {
+            total += sum / n;
+            variance += (squares / n - (sum / n).powi(2)).max(0.0) / (n - 1.0);
+        }
+        variance.sqrt() / total
     }
 }
 

@@ -6,6 +6,7 @@
 //! | `error` | 1 | 0.1 | interpolation error that records are spread for; a dial, not a bound |
 //! | `accuracy` | 1 | 0.2 | Ward's `a`, for the other criteria than `hessian` |
 //! | `criterion` | | `hessian` | `thesis`, `ward88`, `ward92`, `tabellion04`, `krivanek06`, `hessian` |
+//! | `noise` | 1 | 0.05 | relative standard error of a record: up to sixteen times the rays until it is met |
 //! | `gather_samples` | 1 | 576 | rays of a record; rounded to a square number |
 //! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
 //! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
@@ -65,6 +66,8 @@ pub struct IrrCacheSettings {
     pub error: f32,
     /// Ward's accuracy, for the others.
     pub accuracy: f32,
+    /// Relative standard error of a record that is worth more rays.
+    pub noise: f32,
     /// Rays of a record.
     pub gather_samples: u32,
     /// Least radius, pixels.
@@ -86,6 +89,7 @@ impl Default for IrrCacheSettings {
             criterion: Criterion::Hessian,
             error: 0.1,
             accuracy: 0.2,
+            noise: 0.05,
             gather_samples: 576,
             min_pixel_spacing: 3.0,
             max_pixel_spacing: 160.0,
