@@ -164,6 +164,7 @@ impl Accel {
     }
 
     /// From numbers of the tree to numbers of the scene.
+    #[inline]
     fn resolve(&self, shapes: &ShapeTable, raw: &RawHit) -> Hit {
         let instance = (raw.instance != RawHit::NO_INSTANCE).then_some(InstanceId(raw.instance));
         let tree = match instance {

@@ -240,6 +240,7 @@ impl Tree {
     }
 
     /// Shape and triangle within the shape of a primitive number.
+    #[inline]
     pub(super) fn shape_of(&self, key: u32) -> (ShapeId, u32) {
         if key >= self.triangle_count {
             return match self.specials[(key - self.triangle_count) as usize] {

@@ -142,7 +142,10 @@ impl LightSampler {
     ) -> Option<LightSample> {
         let at = Receiver { p: reference.p, n: reference.n };
         if self.infinite.irradiance == 0.0 {
-            let (light, probability) = self.tree.sample(&at, with_more_bits(u_select, u))?;
+            let (light, probability) = match self.tree.only() {
+                Some(light) => (light, 1.0),
+                None => self.tree.sample(&at, with_more_bits(u_select, u))?,
+            };
             return self.flat.lights[light].0.sample(
                 self.flat.tables(tables),
                 reference.p,

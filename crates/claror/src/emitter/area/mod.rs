@@ -108,6 +108,7 @@ impl Area {
 
 /// A point chosen by area, with density `pdf_area` by area; `None` where it does not shine
 /// towards `from` (unless it is `two_sided`) or coincides with it.
+#[inline]
 fn by_area(from: Vec3, p: Vec3, n: Vec3, pdf_area: f32, two_sided: bool) -> Option<SurfaceSample> {
     let to_light = p - from;
     let distance2 = to_light.length_squared();

@@ -44,6 +44,7 @@ impl Plane {
 
     /// Worked out each time: that costs less than to fetch it from memory, which among very many
     /// lights is what takes the time.
+    #[inline]
     fn is_near(&self, from: Vec3, center: f32) -> bool {
         let to_center = (self.edges[0] + self.edges[1]) * center;
         // A quarter of the mean square of a parallelogram's diagonals; about right for a triangle.
@@ -55,6 +56,7 @@ impl Plane {
         self.corner + (self.edges[0] * uv.x + self.edges[1] * uv.y)
     }
 
+    #[inline]
     fn by_area(&self, from: Vec3, uv: Vec2, two_sided: bool) -> Option<SurfaceSample> {
         let sample = by_area(from, self.at(uv), self.n, self.pdf_area, two_sided)?;
         Some(SurfaceSample { uv, error: self.error(sample.p), ..sample })
@@ -225,27 +227,38 @@ impl Parallelogram {
         self
     }
 
+    #[inline]
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
-        match self.spherical(from) {
-            Some(spherical) => {
-                let (wi, uv) = spherical.sample(u);
-                Some(self.plane.by_direction(from, wi, uv, spherical.pdf()))
-            }
-            None => self.plane.by_area(from, u, false),
+        if self.is_near(from)
+            && let Some(sample) = self.sample_near(from, u)
+        {
+            return Some(sample);
         }
+        self.plane.by_area(from, u, false)
     }
 
     pub(super) fn pdf(&self, from: Vec3, wi: Vec3, p: Vec3) -> f32 {
-        match self.spherical(from) {
+        let spherical = if self.is_near(from) { self.spherical(from) } else { None };
+        match spherical {
             Some(spherical) => spherical.pdf(),
             None => self.plane.pdf(from, wi, p, false),
         }
     }
 
+    #[inline]
+    fn is_near(&self, from: Vec3) -> bool {
+        self.is_rectangle && self.plane.is_near(from, CENTER_OF_PARALLELOGRAM)
+    }
+
+    /// By solid angle; apart from the common case, whose code it would only burden.
+    #[inline(never)]
+    fn sample_near(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
+        let spherical = self.spherical(from)?;
+        let (wi, uv) = spherical.sample(u);
+        Some(self.plane.by_direction(from, wi, uv, spherical.pdf()))
+    }
+
     fn spherical(&self, from: Vec3) -> Option<SphericalRectangle> {
-        if !(self.is_rectangle && self.plane.is_near(from, CENTER_OF_PARALLELOGRAM)) {
-            return None;
-        }
         let height = (from - self.plane.corner).dot(self.plane.n);
         if height <= 0.0 {
             return None;

@@ -77,6 +77,12 @@ impl LightTree {
         self.nodes.first().map(|root| root.shares(at))
     }
 
+    /// The light, where there is only one.
+    #[inline]
+    pub(super) fn only(&self) -> Option<usize> {
+        self.only.map(|light| light as usize)
+    }
+
     /// A light and its probability, given `u` in [0, 1); `None` where no light can contribute.
     #[inline]
     pub(super) fn sample(&self, at: &Receiver, u: f64) -> Option<(usize, f32)> {
