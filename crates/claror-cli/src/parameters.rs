@@ -192,7 +192,8 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> + Clone {
 /// Sets the parameter `name`; the error says what is wrong and, second, what to do.
 pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (String, String)> {
     let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
-        let hint = claror_io::scene::nearest_name_hint(name, names()).unwrap_or_default();
+        let all = || format!("known are: {}", names().collect::<Vec<_>>().join(", "));
+        let hint = claror_io::scene::nearest_name_hint(name, names()).unwrap_or_else(all);
         return Err((format!("there is no parameter `{name}`"), hint));
     };
     (parameter.set)(target, value.trim())

@@ -1,4 +1,6 @@
-use super::{Film, LAYER_NAMES};
+use rayon::prelude::*;
+
+use super::{Film, LAYER_NAMES, LAYERS, PixelSums, TILE_SIZE, Tile};
 use crate::image::Image;
 use crate::integrator::Aov;
 
@@ -37,10 +39,10 @@ impl Layer {
         Self { name: name.to_owned(), channels: channels.to_vec(), image }
     }
 
-    fn set(&mut self, x: usize, y: usize, values: &[f32]) {
-        let n = self.image.channels;
-        let i = (y * self.image.width + x) * n;
-        self.image.data[i..i + n].copy_from_slice(values);
+    /// The samples of each row of tiles.
+    fn tile_rows(&mut self) -> impl Iterator<Item = &mut [f32]> {
+        let row = self.image.width * self.image.channels * TILE_SIZE as usize;
+        self.image.data.chunks_mut(row)
     }
 }
 
@@ -56,27 +58,58 @@ impl Picture {
             variance: Layer::new("variance", &RGB[..3], film),
             samples: Layer::new("samples", &["N"], film),
         };
-        film.for_each_pixel(|x, y, pixel, sums| {
-            let beauty = pixel.beauty().to_array();
-            let beauty = [beauty[0], beauty[1], beauty[2], pixel.alpha()];
-            picture.beauty.set(x, y, &beauty[..channels]);
-            for (i, part) in picture.parts.iter_mut().enumerate() {
-                part.set(x, y, &pixel.layer(i).to_array());
+        let layers = std::iter::once(&mut picture.beauty)
+            .chain(&mut picture.parts)
+            .chain([&mut picture.variance, &mut picture.samples])
+            .chain(&mut picture.aovs);
+        // Per row of tiles, the part of every layer that belongs to it.
+        let per_row = film.crop.width.div_ceil(TILE_SIZE) as usize;
+        let mut rows: Vec<(&[Tile], Vec<&mut [f32]>)> =
+            film.tiles.chunks(per_row).map(|tiles| (tiles, Vec::new())).collect();
+        for layer in layers {
+            for (row, samples) in rows.iter_mut().zip(layer.tile_rows()) {
+                row.1.push(samples);
             }
-            picture.variance.set(x, y, &pixel.variance().to_array());
-            picture.samples.set(x, y, &[pixel.count as f32]);
-            let scale = if pixel.count == 0 { 0.0 } else { 1.0 / pixel.normaliser() };
-            let mut sums = sums.iter();
-            for (layer, aov) in picture.aovs.iter_mut().zip(aovs) {
-                let scale = if aov.kind.is_index() { 1.0 } else { scale };
-                let n = layer.image.channels;
-                let mut values = [0.0; 3];
-                for (value, sum) in values[..n].iter_mut().zip(&mut sums) {
-                    *value = (sum * scale) as f32;
+        }
+        let width = film.crop.width as usize;
+        rows.par_iter_mut().for_each(|(tiles, layers)| {
+            let mut values = Vec::new();
+            for tile in *tiles {
+                let w = tile.window;
+                for (i, pixel) in tile.pixels.iter().enumerate() {
+                    let sums = &tile.aovs[i * film.aov_channels..(i + 1) * film.aov_channels];
+                    let x = (w.x - film.crop.x) as usize + i % w.width as usize;
+                    let at = i / w.width as usize * width + x;
+                    values.clear();
+                    pixel_values(pixel, alpha, aovs, sums, &mut values);
+                    let mut values = values.as_slice();
+                    for samples in layers.iter_mut() {
+                        let n = samples.len() / (w.height as usize * width);
+                        let (mine, rest) = values.split_at(n);
+                        samples[at * n..(at + 1) * n].copy_from_slice(mine);
+                        values = rest;
+                    }
                 }
-                layer.set(x, y, &values[..n]);
             }
         });
         picture
+    }
+}
+
+/// The values of all layers at one pixel: beauty, parts, variance, samples, further layers.
+fn pixel_values(pixel: &PixelSums, alpha: bool, aovs: &[Aov], sums: &[f64], values: &mut Vec<f32>) {
+    values.extend(pixel.beauty().to_array());
+    values.extend(alpha.then(|| pixel.alpha()));
+    for i in 0..LAYERS {
+        values.extend(pixel.layer(i).to_array());
+    }
+    values.extend(pixel.variance().to_array());
+    values.push(pixel.count as f32);
+    let scale = if pixel.count == 0 { 0.0 } else { 1.0 / pixel.normaliser() };
+    let mut sums = sums.iter();
+    for aov in aovs {
+        let scale = if aov.kind.is_index() { 1.0 } else { scale };
+        let own = sums.by_ref().take(aov.kind.channels().len());
+        values.extend(own.map(|sum| (sum * scale) as f32));
     }
 }

@@ -1,7 +1,16 @@
+use rayon::prelude::*;
+
 use super::{CropWindow, PixelSums};
 
 /// Edge of a tile, pixels.
 pub const TILE_SIZE: u32 = 16;
+
+/// Squared error over squared value, summed over the channels.
+fn relative_squared_error(pixel: &PixelSums) -> f64 {
+    let beauty = pixel.beauty();
+    let errors = pixel.squared_error().into_iter().enumerate();
+    errors.map(|(c, error)| error / (f64::from(beauty[c]).powi(2) + 0.01)).sum()
+}
 
 /// Samples that were not finite: they count as black.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,17 +104,25 @@ impl Film {
 
     /// Samples per pixel: of the pixel with the fewest, and of all pixels together.
     pub fn sample_counts(&self) -> (u32, u64) {
-        let counts = || self.tiles.iter().flat_map(|t| &t.pixels).map(|p| p.count);
-        (counts().min().unwrap_or(0), counts().map(u64::from).sum())
+        let of_tile = |tile: &Tile| {
+            let counts = || tile.pixels.iter().map(|p| p.count);
+            (counts().min().unwrap_or(u32::MAX), counts().map(u64::from).sum::<u64>())
+        };
+        let tiles: Vec<_> = self.tiles.par_iter().map(of_tile).collect();
+        (tiles.iter().map(|t| t.0).min().unwrap_or(0), tiles.iter().map(|t| t.1).sum())
     }
 
     /// Samples per pixel at the end of the last complete round, where it took part, and whether a
     /// round is complete; else the fewest samples of a pixel that still needs some.
     pub fn round(&self) -> (u32, bool) {
-        let pixels = || self.tiles.iter().flat_map(|t| &t.pixels);
-        match pixels().filter(|p| p.count < p.goal).map(|p| p.count).min() {
+        let of_tile = |tile: &Tile| {
+            let unfinished = tile.pixels.iter().filter(|p| p.count < p.goal).map(|p| p.count);
+            (unfinished.min(), tile.pixels.iter().map(|p| p.goal).max())
+        };
+        let tiles: Vec<_> = self.tiles.par_iter().map(of_tile).collect();
+        match tiles.iter().filter_map(|t| t.0).min() {
             Some(fewest) => (fewest, false),
-            None => (pixels().map(|p| p.goal).max().unwrap_or(0), true),
+            None => (tiles.iter().filter_map(|t| t.1).max().unwrap_or(0), true),
         }
     }
 
@@ -140,14 +157,7 @@ impl Film {
         let mut is_off = vec![false; width * height];
         let limit = 3.0 * f64::from(tolerance).powi(2);
         self.for_each_pixel(|x, y, pixel, _| {
-            let beauty = pixel.beauty();
-            let error: f64 = pixel
-                .squared_error()
-                .into_iter()
-                .enumerate()
-                .map(|(c, error)| error / (f64::from(beauty[c]).powi(2) + 0.01))
-                .sum();
-            is_off[y * width + x] = error > limit;
+            is_off[y * width + x] = relative_squared_error(pixel) > limit;
         });
         let near = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
         let mut needs = vec![false; width * height];
@@ -161,15 +171,10 @@ impl Film {
     /// Estimated error of the picture: the root of the mean over pixels and channels of squared
     /// error over (squared value + 0.01), see [`PixelSums::squared_error`].
     pub fn relative_error(&self) -> f32 {
-        let mut sum = 0.0;
-        let mut terms = 0_u64;
-        for pixel in self.tiles.iter().flat_map(|t| &t.pixels) {
-            let beauty = pixel.beauty();
-            for (c, error) in pixel.squared_error().into_iter().enumerate() {
-                sum += error / (f64::from(beauty[c]).powi(2) + 0.01);
-                terms += 1;
-            }
-        }
-        (sum / terms.max(1) as f64).sqrt() as f32
+        let of_tile = |tile: &Tile| tile.pixels.iter().map(relative_squared_error).sum::<f64>();
+        // Added up in the order of the tiles, whoever computed them.
+        let tiles: Vec<f64> = self.tiles.par_iter().map(of_tile).collect();
+        let terms = 3 * u64::from(self.crop.width) * u64::from(self.crop.height);
+        (tiles.iter().sum::<f64>() / terms.max(1) as f64).sqrt() as f32
     }
 }
