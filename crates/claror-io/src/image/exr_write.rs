@@ -252,7 +252,7 @@ fn compress(raw: &[u8]) -> Result<Vec<u8>, WriteError> {
     for i in (1..bytes.len()).rev() {
         bytes[i] = bytes[i].wrapping_sub(bytes[i - 1]).wrapping_add(128);
     }
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(4));
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
     encoder.write_all(&bytes)?;
     let packed = encoder.finish()?;
     Ok(if packed.len() < raw.len() { packed } else { raw.to_vec() })
