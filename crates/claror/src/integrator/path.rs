@@ -25,18 +25,18 @@ use crate::spectrum::Rgb;
 use std::f32::consts::FRAC_1_PI;
 
 /// Dimensions per vertex: which light, where on it; which lobe, which direction; roulette.
-const VERTEX_DIMENSIONS: u32 = 5;
+pub(super) const VERTEX_DIMENSIONS: u32 = 5;
 
 /// Throughput from which on paths are sure to survive roulette, Mitsuba's being 1. Bounces carry
 /// half of the variance of a closed room, so letting more of them live pays, and what has become
 /// weak early (dark walls) costs time that nobody sees. Error times CPU time against roulette from
 /// `rr_depth` on alone: a room with dark and white surfaces 0.69, the Cornell box 0.94; flat
 /// between 1/8 and 1/4.
-const SURE_THROUGHPUT: f32 = 0.25;
+pub(super) const SURE_THROUGHPUT: f32 = 0.25;
 
 /// Scattering events after which paths that carry less than [`SURE_THROUGHPUT`] may end before
 /// `rr_depth`.
-const EARLY_ROULETTE: u32 = 2;
+pub(super) const EARLY_ROULETTE: u32 = 2;
 
 /// Where light that is found now belongs (see [`super`]).
 #[derive(Clone, Copy, PartialEq)]

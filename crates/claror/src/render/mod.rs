@@ -25,7 +25,7 @@ use crate::scene::Scene;
 /// of the sensor's sampler is the limit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RenderSettings {
-    /// Samples per pixel.
+    /// Samples per pixel; with an irradiance cache the most that any pixel gets.
     pub spp: Option<u32>,
     /// Time since the observer's clock began, seconds.
     pub max_seconds: Option<f64>,

@@ -12,7 +12,9 @@ use rayon::prelude::*;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::film::CropWindow;
+use crate::integrator::CAMERA_DIMENSIONS;
 use crate::integrator::light::{light_reference, sample_light};
+use crate::integrator::path::{SURE_THROUGHPUT, VERTEX_DIMENSIONS};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -181,7 +183,8 @@ impl IrradianceHash {
                 last.direct += last.weight * emission;
             }
             tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
-            sampler.set_dimension(3 + 5 * vertices.len() as u32);
+            let vertex = vertices.len() as u32;
+            sampler.set_dimension(CAMERA_DIMENSIONS + vertex * VERTEX_DIMENSIONS);
             let direct = direct_light(scene, &si, &bsdf, sampler);
             let Some(sample) = bsdf.sample(sampler.next_1d(), sampler.next_2d()) else {
                 vertices.push(Vertex {
@@ -196,7 +199,7 @@ impl IrradianceHash {
             let mut weight = sample.weight;
             let mut ends = throughput.is_black();
             if vertices.len() >= ROULETTE {
-                let q = (4.0 * throughput.max_component()).min(0.95);
+                let q = (throughput.max_component() / SURE_THROUGHPUT).min(0.95);
                 ends |= sampler.next_1d() >= q;
                 weight *= 1.0 / q.max(1e-6);
                 throughput *= 1.0 / q.max(1e-6);

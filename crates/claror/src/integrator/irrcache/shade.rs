@@ -7,7 +7,7 @@ use super::hash::{direct_light, lit_normal};
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::integrator::light::{light_reference, past, power_heuristic, sample_light};
-use crate::integrator::path::record_walk;
+use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk};
 use crate::integrator::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
@@ -17,13 +17,8 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
 
-/// Dimensions per vertex: which light, where on it; which lobe, which direction; roulette.
-const VERTEX_DIMENSIONS: u32 = 5;
 /// Longest chain of surfaces that are not diffuse.
 const MAX_CHAIN: u32 = 64;
-/// Scattering events after which weak paths may end, and the throughput that counts as weak.
-const ROULETTE: u32 = 2;
-const SURE_THROUGHPUT: f32 = 0.25;
 
 /// How the current ray's emission is to be counted.
 enum Emission {
@@ -155,10 +150,12 @@ impl Chain<'_> {
     /// Ends weak chains, but for the emission that the next ray may find.
     fn roulette(&mut self, sampler: &mut Sampler) {
         let largest = self.throughput.max_component();
-        if self.depth < ROULETTE || largest == 0.0 {
+        let from_here_on = self.depth >= self.settings.rr_depth;
+        let early = self.settings.early_roulette && self.depth >= EARLY_ROULETTE;
+        if !(from_here_on || early) || largest == 0.0 {
             return;
         }
-        let limit = if self.depth >= self.settings.rr_depth { 0.95 } else { 1.0 };
+        let limit = if from_here_on { 0.95 } else { 1.0 };
         let q = (largest / SURE_THROUGHPUT).min(limit);
         if q < 1.0 {
             let ends = sampler.next_1d() >= q;
