@@ -20,6 +20,38 @@ pub(super) fn power_heuristic(a: f32, b: f32) -> f32 {
     }
 }
 
+/// How a ray was chosen, which decides what emission at its end counts.
+pub(super) enum Origin {
+    /// By the camera or by a delta component: light sampling could not have found its light.
+    Delta,
+    /// By a BSDF with this density, from this point.
+    Smooth(LightReference, f32),
+    /// By a record: its surface's direct light, emission at the ray's end included, is somebody
+    /// else's task.
+    Record,
+}
+
+impl Origin {
+    /// Weight of the emission of the surface that the ray met.
+    pub(super) fn surface_weight(&self, scene: &Scene, si: &SurfaceInteraction) -> f32 {
+        self.weight(|at| scene.lights.pdf_surface(&scene.tables, at, -si.wo, si))
+    }
+
+    /// Weight of the environment's radiance along the ray's direction `d`.
+    pub(super) fn environment_weight(&self, scene: &Scene, d: Vec3) -> f32 {
+        self.weight(|at| scene.lights.pdf_environment(&scene.tables, at, d))
+    }
+
+    /// Given the density with which light sampling would have found it.
+    fn weight(&self, light_pdf: impl FnOnce(&LightReference) -> f32) -> f32 {
+        match self {
+            Self::Delta => 1.0,
+            Self::Smooth(reference, pdf) => power_heuristic(*pdf, light_pdf(reference)),
+            Self::Record => 0.0,
+        }
+    }
+}
+
 /// The point as light sampling sees it.
 #[inline]
 pub(super) fn light_reference(si: &SurfaceInteraction, bsdf: &BsdfAtHit) -> LightReference {

@@ -13,7 +13,7 @@
 //! mirrors: light sampling cannot reach them. Kajiya 1986; Veach 1997.
 
 use super::irrcache::{IrradianceHash, direct_light};
-use super::light::{light_reference, past, power_heuristic, sample_light};
+use super::light::{Origin, light_reference, past, power_heuristic, sample_light};
 use super::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::bsdf::{BsdfAtHit, BsdfSample};
 use crate::emitter::LightReference;
@@ -47,17 +47,6 @@ enum Stage {
     FirstSmooth,
     /// After a second vertex, or a first one that scattered by a delta component.
     Later,
-}
-
-/// How the current ray was chosen.
-enum Origin {
-    /// By the camera or by a delta component: light sampling could not have found its light.
-    Delta,
-    /// By a BSDF with this density, from this point.
-    Smooth(LightReference, f32),
-    /// By a record: its surface's direct light, emission at the ray's end included, is somebody
-    /// else's task.
-    Record,
 }
 
 struct Walk<'a> {
@@ -321,16 +310,11 @@ impl Walk<'_> {
         if radiance.is_black() {
             return;
         }
-        let light_pdf = match &self.origin {
-            Origin::Delta | Origin::Record => 0.0,
-            Origin::Smooth(reference, _) => {
-                scene.lights.pdf_surface(&scene.tables, reference, -si.wo, si)
-            }
-        };
+        let weight = self.origin.surface_weight(scene, si);
         if !self.settings.hide_emitters {
             self.result.alpha = 1.0;
         }
-        self.add(radiance, light_pdf);
+        self.add(radiance, weight);
     }
 
     fn add_environment(&mut self, ray: &Ray) {
@@ -346,22 +330,12 @@ impl Walk<'_> {
             self.result.alpha = 1.0;
         }
         let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
-        let light_pdf = match &self.origin {
-            Origin::Delta | Origin::Record => 0.0,
-            Origin::Smooth(reference, _) => {
-                scene.lights.pdf_environment(&scene.tables, reference, ray.d)
-            }
-        };
-        self.add(radiance, light_pdf);
+        let weight = self.origin.environment_weight(scene, ray.d);
+        self.add(radiance, weight);
     }
 
-    /// Adds emitted light that the current ray found, and that light sampling would have found
-    /// with density `light_pdf`.
-    fn add(&mut self, radiance: Rgb, light_pdf: f32) {
-        let weight = match self.origin {
-            Origin::Delta | Origin::Record => 1.0,
-            Origin::Smooth(_, pdf) => power_heuristic(pdf, light_pdf),
-        };
+    /// Adds emitted light that the current ray found.
+    fn add(&mut self, radiance: Rgb, weight: f32) {
         let radiance = self.throughput * radiance * weight;
         match self.stage {
             Stage::Camera => self.result.emission += radiance,

@@ -16,7 +16,7 @@ use crate::sampler::{SamplerKind, SamplerSettings, SamplerTable};
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
 
-/// Points of a surface at which a record is wanted.
+/// A point of a surface at which a record is wanted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) si: SurfaceInteraction,
@@ -40,9 +40,6 @@ pub(super) struct Gatherer<'a> {
     largest: f32,
 }
 
-/// Share of the hemisphere's rays at backs of surfaces above which the record lies inside
-/// something.
-const INSIDE: f32 = 0.25;
 /// Most batches of rays.
 const MAX_BATCHES: u32 = 16;
 /// Reference length of the error, pixels.
@@ -94,9 +91,6 @@ impl<'a> Gatherer<'a> {
     pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Record> {
         let frame = Frame::from_normal(lit_normal(&place.si));
         let hemisphere = self.quiet_hemisphere(place, &frame, rays)?;
-        if hemisphere.back_face_share() > INSIDE {
-            return None;
-        }
         let mut estimates = Estimates::new(&hemisphere);
         if let Some(topology) = &self.topology {
             let derivatives = mesh_derivatives(&hemisphere, topology, &self.mesh)?;

@@ -15,7 +15,7 @@
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
 //! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
-//! by one ray, unbiased and noisy, and counted.
+//! by one ray, noisily. Bump and normal maps are not seen by the cache: it takes the smooth normal.
 //!
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.

@@ -6,7 +6,7 @@ use super::IrradianceCache;
 use super::hash::{direct_light, lit_normal};
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
-use crate::integrator::light::{light_reference, past, power_heuristic, sample_light};
+use crate::integrator::light::{Origin, light_reference, past, power_heuristic, sample_light};
 use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk};
 use crate::integrator::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
@@ -20,14 +20,6 @@ use crate::spectrum::Rgb;
 /// Longest chain of surfaces that are not diffuse.
 const MAX_CHAIN: u32 = 64;
 
-/// How the current ray's emission is to be counted.
-enum Emission {
-    /// In full: light sampling could not have found it.
-    All,
-    /// By multiple importance sampling against this density, from this point.
-    Weighted(LightReference, f32),
-}
-
 struct Chain<'a> {
     scene: &'a Scene,
     settings: &'a IntegratorSettings,
@@ -38,7 +30,7 @@ struct Chain<'a> {
     /// For emission at the end of the current ray: direct light is scattered by all components,
     /// other light by those that are not in the cache.
     emission_throughput: Rgb,
-    emission: Emission,
+    origin: Origin,
     /// Surfaces left behind, and those of them that were visible.
     depth: u32,
     vertices: u32,
@@ -64,7 +56,7 @@ pub(in crate::integrator) fn cached(
         result: LayeredRadiance::default(),
         throughput: Rgb::WHITE,
         emission_throughput: Rgb::WHITE,
-        emission: Emission::All,
+        origin: Origin::Delta,
         depth: 0,
         vertices: 0,
         rays: 0,
@@ -138,10 +130,10 @@ impl Chain<'_> {
         self.emission_throughput = self.throughput * sample.weight;
         if sample.is_delta || sample.is_null {
             self.throughput = self.emission_throughput;
-            self.emission = Emission::All;
+            self.origin = Origin::Delta;
         } else {
             self.throughput *= sample.weight - sample.diffuse_weight;
-            self.emission = Emission::Weighted(reference, sample.pdf);
+            self.origin = Origin::Smooth(reference, sample.pdf);
         }
         self.roulette(sampler);
         (!self.emission_throughput.is_black()).then(|| si.spawn_ray(sample.wi))
@@ -161,7 +153,7 @@ impl Chain<'_> {
             let ends = sampler.next_1d() >= q;
             let factor = if ends { 0.0 } else { 1.0 / q };
             self.throughput *= factor;
-            if matches!(self.emission, Emission::All) {
+            if matches!(self.origin, Origin::Delta) {
                 self.emission_throughput *= factor;
             }
         }
@@ -232,13 +224,8 @@ impl Chain<'_> {
         if !self.settings.hide_emitters {
             self.result.alpha = 1.0;
         }
-        let light_pdf = match &self.emission {
-            Emission::All => 0.0,
-            Emission::Weighted(reference, _) => {
-                scene.lights.pdf_surface(&scene.tables, reference, -si.wo, si)
-            }
-        };
-        self.add_found(radiance, light_pdf);
+        let weight = self.origin.surface_weight(scene, si);
+        self.add_found(radiance, weight);
     }
 
     fn add_environment(&mut self, ray: &Ray) {
@@ -251,26 +238,16 @@ impl Chain<'_> {
             self.result.alpha = 1.0;
         }
         let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
-        let light_pdf = match &self.emission {
-            Emission::All => 0.0,
-            Emission::Weighted(reference, _) => {
-                scene.lights.pdf_environment(&scene.tables, reference, ray.d)
-            }
-        };
-        self.add_found(radiance, light_pdf);
+        let weight = self.origin.environment_weight(scene, ray.d);
+        self.add_found(radiance, weight);
     }
 
-    /// Adds emitted light that the current ray found, and that light sampling would have found
-    /// with density `light_pdf`.
-    fn add_found(&mut self, radiance: Rgb, light_pdf: f32) {
-        let weight = match self.emission {
-            Emission::All => 1.0,
-            Emission::Weighted(_, pdf) => power_heuristic(pdf, light_pdf),
-        };
+    /// Adds emitted light that the current ray found.
+    fn add_found(&mut self, radiance: Rgb, weight: f32) {
         let radiance = self.emission_throughput * radiance * weight;
-        match (&self.emission, self.vertices) {
-            (Emission::All, 0) => self.result.emission += radiance,
-            (Emission::Weighted(..), 1) => self.result.direct += radiance,
+        match (&self.origin, self.vertices) {
+            (Origin::Delta, 0) => self.result.emission += radiance,
+            (Origin::Smooth(..), 1) => self.result.direct += radiance,
             _ => self.result.rest += radiance,
         }
     }
