@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::interaction::SurfaceInteraction;
 use crate::math::warp::cosine_hemisphere;
-use crate::math::{Bounds3, Frame, Ray, Vec2, Vec3};
+use crate::math::{Bounds3, Frame, Ray, Vec2, Vec3, facing};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 
 /// Facings: the six signed axes.
@@ -96,19 +96,6 @@ impl Grid {
     fn voxel_count(&self, level: u32) -> usize {
         self.size.iter().map(|s| ((s - 1) >> level) as usize + 1).product()
     }
-}
-
-/// Index of the dominant signed axis of `n`.
-fn facing(n: Vec3) -> u8 {
-    let a = n.abs();
-    let axis = if a.x >= a.y && a.x >= a.z {
-        0
-    } else if a.y >= a.z {
-        1
-    } else {
-        2
-    };
-    2 * axis + u8::from(n[axis as usize] < 0.0)
 }
 
 /// The axes along and across the face of the cube of directions around a signed axis.

@@ -16,6 +16,19 @@ pub use glam::{
 pub use ray::Ray;
 pub use transform::Transform;
 
+/// The signed axis nearest to `n`: 0 to 5 for +x, -x, +y, -y, +z, -z.
+pub fn facing(n: Vec3) -> u8 {
+    let a = n.abs();
+    let axis = if a.x >= a.y && a.x >= a.z {
+        0
+    } else if a.y >= a.z {
+        1
+    } else {
+        2
+    };
+    2 * axis + u8::from(n[axis as usize] < 0.0)
+}
+
 /// An axis-aligned box, world or local space. Empty when `min > max` on some axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds3 {

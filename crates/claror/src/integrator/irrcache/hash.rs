@@ -16,7 +16,7 @@ use crate::integrator::CAMERA_DIMENSIONS;
 use crate::integrator::light::{light_reference, sample_light};
 use crate::integrator::path::{SURE_THROUGHPUT, VERTEX_DIMENSIONS};
 use crate::interaction::SurfaceInteraction;
-use crate::math::{Ray, Vec2, Vec3};
+use crate::math::{Ray, Vec2, Vec3, facing};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::Camera;
@@ -138,15 +138,7 @@ impl IrradianceHash {
     /// Never 0.
     fn key(&self, p: Vec3, n: Vec3, shape: ShapeId) -> u64 {
         let whole = |x: f32| (x * self.per_unit).floor() as i32 as u32;
-        let a = n.abs();
-        let axis = if a.x >= a.y && a.x >= a.z {
-            0
-        } else if a.y >= a.z {
-            1
-        } else {
-            2
-        };
-        let facing = 2 * axis + u32::from(n[axis as usize] < 0.0);
+        let facing = u32::from(facing(n));
         [whole(p.x), whole(p.y), whole(p.z), facing, shape.0].into_iter().fold(1, |h: u64, word| {
             let h = (h ^ u64::from(word)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             h ^ (h >> 32)
