@@ -179,7 +179,7 @@ fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, F
     }
     job.console.result(&summary(output, elapsed));
     if let Some(cache) = &output.cache {
-        job.console.result(&cache_summary(cache));
+        job.console.result(&cache_summary(&cache.statistics));
     }
     job.console.event(&result_event(job, output, elapsed));
     Ok(if output.stop == StopReason::Cancelled { Exit::Interrupted } else { Exit::Success })
@@ -283,7 +283,7 @@ fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String,
         metadata.push(number("claror.estimated_error", output.error.into()));
     }
     if let Some(cache) = &output.cache {
-        metadata.push(number("claror.records", cache.records as f64));
+        metadata.push(number("claror.records", cache.records.len() as f64));
     }
     let parameters = job.parameters.iter();
     metadata.extend(parameters.map(|(name, value)| text(&format!("claror.{name}"), value)));
@@ -309,14 +309,18 @@ fn result_event(job: &Job, output: &RenderOutput, elapsed: Duration) -> Value {
         "non_finite_samples": output.non_finite.count,
         "stop": stop_reason(output.stop),
         "scene_hash": job.settings.scene_hash,
-        "cache": output.cache.map(|cache| json!({
-            "records": cache.records,
-            "discarded": cache.discarded,
-            "invalid": cache.invalid,
-            "at_least_radius": cache.raised,
-            "crevices": cache.crevices,
-            "rays": cache.rays,
-        })),
+        "cache": output.cache.as_ref().map(|cache| cache_statistics(&cache.statistics)),
         "parameters": parameters,
+    })
+}
+
+fn cache_statistics(cache: &CacheStatistics) -> Value {
+    json!({
+        "records": cache.records,
+        "discarded": cache.discarded,
+        "invalid": cache.invalid,
+        "at_least_radius": cache.raised,
+        "crevices": cache.crevices,
+        "rays": cache.rays,
     })
 }

@@ -18,7 +18,7 @@ pub use state::{RenderState, StateError};
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
-use crate::integrator::CacheStatistics;
+use crate::integrator::IrradianceCache;
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -84,7 +84,7 @@ pub enum StopReason {
 }
 
 /// A rendered picture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct RenderOutput {
     /// The picture with all its layers.
     pub picture: Picture,
@@ -100,8 +100,8 @@ pub struct RenderOutput {
     pub error: f32,
     /// Samples that were NaN or infinite and count as black.
     pub non_finite: NonFinite,
-    /// What the irradiance cache came to, where one was made.
-    pub cache: Option<CacheStatistics>,
+    /// The irradiance cache, where one was used.
+    pub cache: Option<IrradianceCache>,
 }
 
 /// Why a render could not begin.

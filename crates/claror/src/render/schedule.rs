@@ -146,7 +146,7 @@ pub(super) fn run(
         rays: round.rays.into_inner() + cache.as_ref().map_or(0, |cache| cache.statistics.rays),
         error,
         non_finite: state.film.non_finite(),
-        cache: cache.map(|cache| cache.statistics),
+        cache,
         state,
     }
 }
