@@ -127,6 +127,11 @@ const PARAMETERS: &[Parameter] = &[
         },
     },
     Parameter {
+        name: "integrator.analytic_direct",
+        get: |integrator, _| cache(integrator).map(|c| c.analytic_direct.to_string()),
+        set: |target, value| assign(&mut cache_mut(target)?.analytic_direct, boolean(value)?),
+    },
+    Parameter {
         name: "sampler.type",
         get: |_, sensor| Some(sampler_name(sensor.sampler.kind).to_owned()),
         set: |target, value| set_sampler(target.sensor, value),

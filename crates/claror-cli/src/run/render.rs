@@ -250,11 +250,13 @@ fn summary(output: &RenderOutput, elapsed: Duration) -> String {
     format!("{}: {reason}", parts.join(", "))
 }
 
-/// `1234 records from 710 k rays; 12 discarded, 3 not valid, 401 at the least radius, 7 in crevices`.
+/// `1234 records from 65 k walks and 710 k rays; 12 discarded, 3 not valid, 401 at the least radius, 7 in crevices`.
 fn cache_summary(cache: &CacheStatistics) -> String {
     format!(
-        "{} from {}rays; {} discarded, {} not valid, {} at the least radius, {} in crevices",
+        "{} from {}walks and {}rays; {} discarded, {} not valid, {} at the least radius, \
+         {} in crevices",
         units::plural(cache.records as u64, "record"),
+        units::decimal(cache.walks as f64),
         units::decimal(cache.rays as f64),
         cache.discarded,
         cache.invalid,
@@ -321,6 +323,7 @@ fn cache_statistics(cache: &CacheStatistics) -> Value {
         "invalid": cache.invalid,
         "at_least_radius": cache.raised,
         "crevices": cache.crevices,
+        "walks": cache.walks,
         "rays": cache.rays,
     })
 }

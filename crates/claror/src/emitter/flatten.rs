@@ -53,6 +53,11 @@ impl FlatLights {
         LightTables { scene, sources: &self.sources }
     }
 
+    /// Whether the radiance of this source is the same everywhere.
+    pub(super) fn is_uniform(&self, source: u32) -> bool {
+        self.sources[source as usize].texture.is_none()
+    }
+
     /// The light that this primitive of a shape belongs to.
     pub(super) fn light_of(&self, shape: ShapeId, primitive: u32) -> Option<usize> {
         let first = self.first_of_shape[shape.0 as usize];

@@ -16,6 +16,7 @@ mod spot;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod unoccluded;
 
 pub use sampler::{LightError, LightReference, LightSample, LightSampler};
 

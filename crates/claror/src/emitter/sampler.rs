@@ -79,7 +79,7 @@ const INFINITE_SHARE: (f32, f32) = (0.1, 0.9);
 /// Samples the light sources of a scene.
 #[derive(Debug, Clone)]
 pub struct LightSampler {
-    flat: FlatLights,
+    pub(super) flat: FlatLights,
     tree: LightTree,
     infinite: InfiniteLights,
 }

@@ -16,13 +16,24 @@ pub struct PixelSums {
     pub weight: f64,
     /// The beauty as it was at the last power of two that is smaller than `count`.
     pub earlier: [f32; 3],
+    /// Mean of the direct light as if nothing stood in its way: in closed form, and by the samples.
+    /// Without filter weights, so that both stay positive.
+    pub control: [[f32; 3]; 2],
+    /// What all samples met, if they met the same; else [`PixelSums::MIXED`].
+    pub signature: u32,
     /// Samples.
     pub count: u32,
     /// Samples at the end of the round that is under way, or was the last.
     pub goal: u32,
 }
 
+/// Which layer is direct light.
+const DIRECT: usize = 1;
+
 impl PixelSums {
+    /// Signature of a pixel whose samples met different things.
+    pub const MIXED: u32 = 1;
+
     /// Adds a finite sample that the reconstruction filter gives this weight.
     pub fn add(&mut self, sample: &LayeredRadiance, weight: f32) {
         if self.count.is_power_of_two() {
@@ -42,7 +53,26 @@ impl PixelSums {
         }
         self.alpha += f64::from(sample.alpha) * weight;
         self.weight += weight;
+        if self.count == 0 {
+            self.signature = sample.signature;
+        } else if self.signature != sample.signature {
+            self.signature = Self::MIXED;
+        }
         self.count += 1;
+        let pace = 1.0 / self.count as f32;
+        let control = [sample.control.exact, sample.control.sampled];
+        for (mean, new) in self.control.iter_mut().zip(control) {
+            for (mean, new) in mean.iter_mut().zip(new.to_array()) {
+                *mean += (new - *mean) * pace;
+            }
+        }
+    }
+
+    /// Factor of the direct light: what the samples would have been without noise over what they
+    /// were, had nothing stood in their way.
+    fn correction(&self, channel: usize) -> f64 {
+        let [exact, sampled] = self.control.map(|mean| f64::from(mean[channel]));
+        if exact > 0.0 && sampled > 0.0 { exact / sampled } else { 1.0 }
     }
 
     /// What sums are divided by: the sum of the weights, so that a constant picture stays
@@ -59,8 +89,13 @@ impl PixelSums {
             return Rgb::BLACK;
         }
         let scale = 1.0 / self.normaliser();
-        let [r, g, b] = self.layers[layer].map(|sum| (sum * scale) as f32);
-        Rgb::new(r, g, b)
+        let mut mean = self.layers[layer].map(|sum| sum * scale);
+        if layer == DIRECT {
+            for (channel, mean) in mean.iter_mut().enumerate() {
+                *mean *= self.correction(channel);
+            }
+        }
+        Rgb::from(mean.map(|m| m as f32))
     }
 
     /// The picture: the `f32` sum of the layers from the first to the last, which is how whoever

@@ -10,6 +10,7 @@ fn sample(i: u32) -> LayeredRadiance {
         indirect: Rgb::splat(v(3_000_000)),
         rest: Rgb::new(0.1, v(9), 1e-3),
         alpha: 1.0,
+        ..Default::default()
     }
 }
 

@@ -5,6 +5,17 @@ use super::{CropWindow, PixelSums};
 /// Edge of a tile, pixels.
 pub const TILE_SIZE: u32 = 16;
 
+/// Samples of a pixel from which on their error alone tells whether it needs more.
+const FEW_SAMPLES: u32 = 16;
+
+/// What decides whether a pixel and its neighbours need more samples.
+#[derive(Clone, Copy, Default)]
+struct State {
+    /// What its samples met; mixed also where they are off.
+    signature: u32,
+    is_young: bool,
+}
+
 /// Squared error over squared value, summed over the channels.
 fn relative_squared_error(pixel: &PixelSums) -> f64 {
     let beauty = pixel.beauty();
@@ -149,21 +160,33 @@ impl Film {
         any
     }
 
-    /// Per pixel, row by row, whether it or one of its eight neighbours is off by more than
-    /// `tolerance`. One difference between earlier and later samples may be small by chance; nine
-    /// rarely are.
+    /// Per pixel, row by row, whether it needs more samples: it or one of its eight neighbours is
+    /// off by more than `tolerance`, or there are few samples yet and they or a neighbour's met
+    /// different things. One difference between earlier and later samples may be small by chance;
+    /// nine rarely are.
     fn needs_more(&self, tolerance: f32) -> Vec<bool> {
         let (width, height) = (self.crop.width as usize, self.crop.height as usize);
-        let mut is_off = vec![false; width * height];
         let limit = 3.0 * f64::from(tolerance).powi(2);
+        let mut states = vec![State::default(); width * height];
         self.for_each_pixel(|x, y, pixel, _| {
-            is_off[y * width + x] = relative_squared_error(pixel) > limit;
+            let is_off = relative_squared_error(pixel) > limit;
+            let is_mixed = pixel.signature == PixelSums::MIXED && pixel.count < FEW_SAMPLES;
+            states[y * width + x] = State {
+                signature: if is_off || is_mixed { PixelSums::MIXED } else { pixel.signature },
+                is_young: pixel.count < FEW_SAMPLES,
+            };
         });
         let near = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
         let mut needs = vec![false; width * height];
         for (i, needs) in needs.iter_mut().enumerate() {
             let (x, y) = (i % width, i / width);
-            *needs = near(y, height).any(|y| near(x, width).any(|x| is_off[y * width + x]));
+            let mine = states[i];
+            let differs = |other: State| {
+                other.signature == PixelSums::MIXED
+                    || (mine.is_young && other.is_young && other.signature != mine.signature)
+            };
+            *needs =
+                near(y, height).any(|y| near(x, width).any(|x| differs(states[y * width + x])));
         }
         needs
     }

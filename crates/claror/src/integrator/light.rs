@@ -80,6 +80,11 @@ impl LightCandidate {
         self.eval.value * self.sample.radiance * (1.0 / self.sample.pdf)
     }
 
+    /// Whether the light is at a finite place.
+    pub(super) fn is_near(&self) -> bool {
+        self.sample.target.is_some()
+    }
+
     /// Whether nothing stands between the surface and the light.
     pub(super) fn is_visible(&self, scene: &Scene, si: &SurfaceInteraction) -> bool {
         !scene.occluded(&shadow_ray(si, &self.sample))

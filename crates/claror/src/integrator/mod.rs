@@ -93,6 +93,21 @@ pub struct LayeredRadiance {
     pub rest: Rgb,
     /// 1 where the ray meets something, 0 where it leaves the scene.
     pub alpha: f32,
+    /// What is known of the direct light besides.
+    pub control: DirectControl,
+    /// Tells apart samples that see different things or other lights: 0 where nobody asks.
+    pub signature: u32,
+}
+
+/// Direct light as if nothing stood between surface and lights. Over many samples both have the
+/// same mean, so their ratio takes the noise of light sampling out of `direct`: all of it where
+/// lights are wholly visible (Heitz, Hill and McGuire 2018). Black where nothing is known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DirectControl {
+    /// In closed form.
+    pub exact: Rgb,
+    /// By the samples that `direct` is made of.
+    pub sampled: Rgb,
 }
 
 impl LayeredRadiance {

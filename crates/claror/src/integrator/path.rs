@@ -186,7 +186,7 @@ impl Walk<'_> {
         sampler: &mut Sampler,
     ) -> bool {
         let Some(hash) = self.hash else { return false };
-        if si.t < hash.min_segment || !bsdf.is_diffuse() {
+        if !bsdf.is_diffuse() {
             return false;
         }
         sampler.set_dimension(self.vertex_dimension() + 3);

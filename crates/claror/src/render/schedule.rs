@@ -15,7 +15,7 @@ use crate::sensor::Sensor;
 const LONGEST_ROUND: u32 = 32;
 
 /// Samples after which an adaptive render leaves pixels alone that seem to be done.
-const ADAPTIVE_FROM: u32 = 16;
+const ADAPTIVE_FROM: u32 = 4;
 /// How far off, relative to its value, a pixel may be when it is left alone: of itself, and as a
 /// share of the error asked for, of which the rest is the cache's.
 const TOLERANCE: f32 = 0.006;

@@ -92,7 +92,7 @@ impl RenderState {
 }
 
 /// Bytes of one [`PixelSums`].
-const PIXEL_BYTES: usize = 8 * (3 * LAYERS + 3 + 2) + 4 * 5;
+const PIXEL_BYTES: usize = 8 * (3 * LAYERS + 3 + 2) + 4 * (3 + 6 + 3);
 
 fn put_u32(out: &mut Vec<u8>, value: u32) {
     out.extend_from_slice(&value.to_le_bytes());
@@ -116,7 +116,9 @@ fn put_pixel(out: &mut Vec<u8>, pixel: &PixelSums) {
     }
     put_f64(out, pixel.alpha);
     put_f64(out, pixel.weight);
-    pixel.earlier.iter().for_each(|value| put_u32(out, value.to_bits()));
+    let floats = pixel.earlier.iter().chain(pixel.control.iter().flatten());
+    floats.for_each(|value| put_u32(out, value.to_bits()));
+    put_u32(out, pixel.signature);
     put_u32(out, pixel.count);
     put_u32(out, pixel.goal);
 }
@@ -163,9 +165,10 @@ impl Reader<'_> {
         }
         pixel.alpha = self.f64()?;
         pixel.weight = self.f64()?;
-        for value in &mut pixel.earlier {
+        for value in pixel.earlier.iter_mut().chain(pixel.control.iter_mut().flatten()) {
             *value = f32::from_bits(self.u32()?);
         }
+        pixel.signature = self.u32()?;
         pixel.count = self.u32()?;
         pixel.goal = self.u32()?;
         Ok(pixel)

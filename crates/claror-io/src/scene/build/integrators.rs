@@ -77,6 +77,7 @@ impl<'a> Builder<'a> {
             min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
             max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
             bounces: properties.choice("bounces", &bounces),
+            analytic_direct: properties.boolean("analytic_direct", default.analytic_direct),
         };
         IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..inner }
     }

@@ -39,6 +39,17 @@ impl Ellipsoid {
         Self { transform: *transform, bounds, area, inwards, determinant }
     }
 
+    /// Centre and radius where it is a sphere that shines outwards.
+    pub(in crate::emitter) fn outer_sphere(&self) -> Option<(Vec3, f32)> {
+        let m = self.transform.to_world.matrix3;
+        let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|axis| Vec3::from(axis).length());
+        let skew = Vec3::from(m.x_axis).dot(m.y_axis.into()).abs()
+            + Vec3::from(m.y_axis).dot(m.z_axis.into()).abs()
+            + Vec3::from(m.z_axis).dot(m.x_axis.into()).abs();
+        let is_sphere = (x - y).abs() + (y - z).abs() < 1e-5 * x && skew < 1e-5 * x * x;
+        (is_sphere && !self.inwards).then(|| (self.transform.point(Vec3::ZERO), x))
+    }
+
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<SurfaceSample> {
         let q = self.transform.inverse_point(from);
         let distance2 = q.length_squared();

@@ -148,6 +148,17 @@ impl Triangle {
         SphericalTriangle::new(self.plane.corner - from, self.plane.edges)
     }
 
+    /// The corners.
+    pub(in crate::emitter) fn outline(&self) -> [Vec3; 3] {
+        let Plane { corner, edges: [a, b], .. } = self.plane;
+        [corner, corner + a, corner + b]
+    }
+
+    /// Unit normal on the emitting side.
+    pub(in crate::emitter) fn normal(&self) -> Vec3 {
+        self.plane.n
+    }
+
     pub(super) fn area(&self) -> f32 {
         1.0 / self.plane.pdf_area
     }
@@ -225,6 +236,17 @@ impl Parallelogram {
             self.plane.n = -self.plane.n;
         }
         self
+    }
+
+    /// The corners, around.
+    pub(in crate::emitter) fn outline(&self) -> [Vec3; 4] {
+        let Plane { corner, edges: [a, b], .. } = self.plane;
+        [corner, corner + a, corner + a + b, corner + b]
+    }
+
+    /// Unit normal on the emitting side.
+    pub(in crate::emitter) fn normal(&self) -> Vec3 {
+        self.plane.n
     }
 
     #[inline]

@@ -44,7 +44,9 @@ pub struct CacheStatistics {
     pub raised: usize,
     /// Records in crevices.
     pub crevices: usize,
-    /// Rays traced.
+    /// Walks that filled the hash of irradiance, where there is one.
+    pub walks: usize,
+    /// Rays traced, those of the walks included.
     pub rays: u64,
 }
 
@@ -66,7 +68,12 @@ impl IrradianceCache {
         let camera = Camera::new(sensor);
         let crop = sensor.film.crop;
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
-        let hash = needs_hash.then(|| IrradianceHash::new(scene, &camera, crop, seed));
+        let noise = settings.cache.noise;
+        let hash = if needs_hash {
+            Some(IrradianceHash::new(scene, &camera, crop, seed, noise, is_cancelled)?)
+        } else {
+            None
+        };
         let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
@@ -87,7 +94,13 @@ impl IrradianceCache {
             is_first = false;
             stride /= 2;
         }
-        Some(filling.freeze(hash.clone()))
+        let mut cache = filling.freeze();
+        if let Some(hash) = &hash {
+            cache.statistics.walks = hash.walks;
+            cache.statistics.rays += hash.rays;
+        }
+        cache.hash = hash;
+        Some(cache)
     }
 }
 
@@ -183,7 +196,7 @@ impl<'a> Filling<'a> {
         lookup(&self.records, &self.index, &query, &self.lookup).is_some()
     }
 
-    fn freeze(mut self, hash: Option<IrradianceHash>) -> IrradianceCache {
+    fn freeze(mut self) -> IrradianceCache {
         self.statistics.records = self.records.len();
         let least = self.lookup.min_weight.min(LEAST_WEIGHT);
         let lookup = LookupSettings { min_weight: least, ..self.lookup };
@@ -192,7 +205,7 @@ impl<'a> Filling<'a> {
             records: self.records,
             statistics: self.statistics,
             lookup,
-            hash,
+            hash: None,
         }
     }
 }

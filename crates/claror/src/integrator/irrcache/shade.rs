@@ -3,12 +3,13 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::IrradianceCache;
-use super::hash::{direct_light, lit_normal};
+use super::hash::lit_normal;
+use super::signature::Signature;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::integrator::light::{Origin, light_reference, past, power_heuristic, sample_light};
 use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk};
-use crate::integrator::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
+use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
 use crate::math::warp::cosine_hemisphere;
@@ -31,10 +32,22 @@ struct Chain<'a> {
     /// other light by those that are not in the cache.
     emission_throughput: Rgb,
     origin: Origin,
+    /// Light from all lights of which there is a closed form, at the first vertex.
+    closed: Closed,
+    signature: Signature,
     /// Surfaces left behind, and those of them that were visible.
     depth: u32,
     vertices: u32,
     rays: u64,
+}
+
+/// Direct light of lights of which there is a closed form.
+#[derive(Default)]
+struct Closed {
+    /// As found.
+    found: Rgb,
+    /// As if nothing stood in its way, exactly and by the sample.
+    control: DirectControl,
 }
 
 /// Radiance along the camera ray `ray`.
@@ -57,13 +70,15 @@ pub(in crate::integrator) fn cached(
         throughput: Rgb::WHITE,
         emission_throughput: Rgb::WHITE,
         origin: Origin::Delta,
+        closed: Closed::default(),
+        signature: Signature::new(),
         depth: 0,
         vertices: 0,
         rays: 0,
     };
     chain.run(*ray, sampler);
     *rays += chain.rays;
-    chain.result
+    chain.finish()
 }
 
 impl Chain<'_> {
@@ -85,6 +100,7 @@ impl Chain<'_> {
                 }
                 self.add_emission(si);
             }
+            self.signature.add(si.shape.0);
             if self.throughput.is_black() {
                 return;
             }
@@ -112,9 +128,7 @@ impl Chain<'_> {
         sampler.set_dimension(dimension);
         if bsdf.is_diffuse() {
             // Nothing goes on, so light sampling stands alone.
-            self.rays += 1;
-            let direct = self.throughput * direct_light(self.scene, si, bsdf, sampler);
-            *self.layer(|r| &mut r.direct) += direct;
+            self.add_light(si, bsdf, sampler);
             return None;
         }
         let reference = light_reference(si, bsdf);
@@ -194,6 +208,45 @@ impl Chain<'_> {
         let (scene, rays) = (self.scene, &mut self.rays);
         let hash = self.cache.hash.as_ref();
         record_walk(scene, self.settings, hash, &ray, sampler, rays).0 * PI
+    }
+
+    /// Next-event estimation at a surface that is only diffuse.
+    fn add_light(&mut self, si: &SurfaceInteraction, bsdf: &BsdfAtHit, sampler: &mut Sampler) {
+        let lights = &self.scene.lights;
+        let u_select = if lights.needs_choice() { sampler.next_1d() } else { 0.0 };
+        let u = sampler.next_2d();
+        let reference = light_reference(si, bsdf);
+        let light = sample_light(self.scene, &reference, bsdf, u_select, u);
+        let is_visible = light.as_ref().is_some_and(|light| {
+            self.rays += 1;
+            light.is_visible(self.scene, si)
+        });
+        // Not what the surface turns away from, which the closed form knows.
+        self.signature.add((light.is_some() && !is_visible).into());
+        let unoccluded = light.as_ref().map_or(Rgb::BLACK, |l| self.throughput * l.contribution());
+        let found = if is_visible { unoccluded } else { Rgb::BLACK };
+        let is_first = self.vertices == 0;
+        if is_first && self.settings.cache.analytic_direct && lights.has_closed_form() {
+            let exact = lights.unoccluded_irradiance(&self.scene.tables, si.p, lit_normal(si));
+            let scale = self.throughput * bsdf.diffuse_albedo() * FRAC_1_PI;
+            self.closed.control.exact += scale * exact;
+            if light.is_some_and(|light| light.is_near()) {
+                self.closed.found += found;
+                self.closed.control.sampled += unoccluded;
+            }
+        }
+        *self.layer(|r| &mut r.direct) += found;
+    }
+
+    /// All that was found. What has no closed form stands for itself on both sides of the control.
+    fn finish(self) -> LayeredRadiance {
+        let other = self.result.direct - self.closed.found;
+        let DirectControl { exact, sampled } = self.closed.control;
+        LayeredRadiance {
+            control: DirectControl { exact: exact + other, sampled: sampled + other },
+            signature: self.signature.value(),
+            ..self.result
+        }
     }
 
     /// Next-event estimation at a surface that is not only diffuse.

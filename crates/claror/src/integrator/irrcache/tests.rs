@@ -101,6 +101,36 @@ fn pictures_have_the_mean_of_path_traced_ones() {
     assert!(error < path_error, "100 000 cached samples: {error}; 400 000 paths: {path_error}");
 }
 
+/// The closed form of unoccluded direct light is what light samples find on average: within 4.5
+/// standard errors of the differences, which are independent.
+#[test]
+fn closed_forms_of_direct_light_are_the_mean_of_its_samples() {
+    let mut t = mixed_room(32);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    assert!(scene.lights.has_closed_form());
+    let cache = build(&scene);
+    let camera = Camera::new(&scene.tables.sensors[0]);
+    let count = 100_000;
+    let streams = SamplerSettings { kind: SamplerKind::Independent, sample_count: count, seed: 3 };
+    let (mut sum, mut squares, mut all, mut rays) = (0.0, 0.0, 0.0, 0);
+    for i in 0..count {
+        let mut sampler = Sampler::new(&streams, (0, 0), i);
+        let ray = camera.ray(sampler.next_2d() * 32.0, sampler.next_2d());
+        let settings = &scene.tables.integrator;
+        let found = radiance(&scene, settings, Some(&cache), &ray, &mut sampler, &mut rays);
+        let [exact, sampled] = [found.control.exact, found.control.sampled].map(Rgb::luminance);
+        let difference = f64::from(exact - sampled);
+        sum += difference;
+        squares += difference * difference;
+        all += f64::from(exact);
+    }
+    let n = f64::from(count);
+    let tolerance = 4.5 * (squares / n / n).sqrt();
+    assert!((sum / n).abs() < tolerance, "{} of {}", sum / n, all / n);
+    assert!(tolerance < 0.01 * all / n, "the test could tell nothing");
+}
+
 /// A finer error makes more records, up to a few per cent of chance.
 #[test]
 fn finer_errors_make_more_records() {
@@ -151,7 +181,7 @@ fn threads_change_no_bit() {
     let counts: Vec<u32> =
         one.1.film.tiles.iter().flat_map(|t| &t.pixels).map(|p| p.count).collect();
     let (least, most) = (counts.iter().min(), counts.iter().max());
-    assert_eq!((least, most), (Some(&16), Some(&64)), "some pixels need more than others");
+    assert_eq!((least, most), (Some(&4), Some(&64)), "some pixels need more than others");
 }
 
 /// An interrupted adaptive render goes on to the same bits.

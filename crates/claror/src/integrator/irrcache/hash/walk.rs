@@ -1,0 +1,172 @@
+//! Random walks from the camera that tell what irradiance the surfaces they meet receive.
+
+use std::f32::consts::PI;
+
+use super::Visit;
+use crate::bsdf::BsdfAtHit;
+use crate::emitter::LightReference;
+use crate::integrator::CAMERA_DIMENSIONS;
+use crate::integrator::light::{Origin, light_reference, power_heuristic, sample_light};
+use crate::integrator::path::{SURE_THROUGHPUT, VERTEX_DIMENSIONS};
+use crate::interaction::SurfaceInteraction;
+use crate::math::{Ray, Vec3};
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
+
+/// Longest walk: hardly ever reached, or what late vertices receive would be cut short.
+const MAX_VERTICES: usize = 512;
+/// Vertices after which weak walks may end.
+const ROULETTE: usize = 4;
+
+/// What a walk says about the picture.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Seen {
+    /// Radiance that arrives at the camera.
+    pub(super) all: Rgb,
+    /// The part of it that was scattered more than twice: what ends of walks at the hash stand for.
+    pub(super) distant: Rgb,
+}
+
+/// A vertex of a walk.
+struct Vertex {
+    /// Where it was, if it was diffuse.
+    visit: Option<Visit>,
+    /// Light that reached it from light sources directly and goes on towards the walk's begin.
+    direct: Rgb,
+    /// What the next segment's radiance is multiplied with.
+    weight: Rgb,
+    /// How the next segment was chosen, which decides what emission at its end counts. A purely
+    /// diffuse vertex leaves all of that to light sampling.
+    origin: Option<Origin>,
+}
+
+impl Vertex {
+    /// The end of a walk: what arrives there was not looked for.
+    fn last(direct: Rgb) -> Self {
+        Self { visit: None, direct, weight: Rgb::BLACK, origin: None }
+    }
+}
+
+/// Follows a walk and calls `visit` with where its diffuse vertices were and what irradiance they
+/// received (W·m⁻², one random estimate). Counts `rays`.
+pub(super) fn walk(
+    scene: &Scene,
+    mut ray: Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+    visit: impl FnMut(Visit, Rgb),
+) -> Seen {
+    let mut vertices: Vec<Vertex> = Vec::with_capacity(16);
+    let mut throughput = Rgb::WHITE;
+    let mut bsdf = BsdfAtHit::empty();
+    // Radiance that arrives at the last vertex from beyond.
+    let mut beyond = Rgb::BLACK;
+    while vertices.len() < MAX_VERTICES {
+        *rays += 2;
+        let Some(si) = scene.intersect(&ray) else {
+            if let Some(origin) = vertices.last().and_then(|v| v.origin.as_ref())
+                && scene.lights.has_environment()
+            {
+                let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
+                beyond = radiance * origin.environment_weight(scene, ray.d);
+            }
+            break;
+        };
+        let tables = &scene.tables;
+        let shape = &tables.shapes.shapes[si.shape.0 as usize];
+        if shape.emitter.is_some()
+            && let Some(last) = vertices.last_mut()
+            && let Some(origin) = &last.origin
+        {
+            let emission = scene.lights.emitted_radiance(tables, &si);
+            last.direct += last.weight * emission * origin.surface_weight(scene, &si);
+        }
+        tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
+        let vertex = vertices.len() as u32;
+        sampler.set_dimension(CAMERA_DIMENSIONS + vertex * VERTEX_DIMENSIONS);
+        let reference = light_reference(&si, &bsdf);
+        let direct = direct_light(scene, &si, &bsdf, sampler);
+        let Some(sample) = bsdf.sample(sampler.next_1d(), sampler.next_2d()) else {
+            vertices.push(Vertex::last(direct));
+            break;
+        };
+        throughput *= sample.weight;
+        let mut weight = sample.weight;
+        let mut ends = throughput.is_black();
+        if vertices.len() >= ROULETTE {
+            let q = (throughput.max_component() / SURE_THROUGHPUT).min(0.95);
+            ends |= sampler.next_1d() >= q;
+            weight *= 1.0 / q.max(1e-6);
+            throughput *= 1.0 / q.max(1e-6);
+        }
+        if ends || vertices.len() + 1 == MAX_VERTICES {
+            vertices.push(Vertex::last(direct));
+            break;
+        }
+        let visit =
+            bsdf.is_diffuse().then(|| Visit { p: si.p, n: lit_normal(&si), shape: si.shape });
+        let origin = match visit {
+            Some(_) => None,
+            None if sample.is_delta || sample.is_null => Some(Origin::Delta),
+            None => Some(Origin::Smooth(reference, sample.pdf)),
+        };
+        vertices.push(Vertex { visit, direct, weight, origin });
+        ray = si.spawn_ray(sample.wi);
+    }
+    note(&vertices, beyond, visit)
+}
+
+/// From the last vertex to the first: what arrives at one is what the next sends.
+fn note(vertices: &[Vertex], beyond: Rgb, mut visit: impl FnMut(Visit, Rgb)) -> Seen {
+    let mut arriving = beyond;
+    let mut seen = Seen::default();
+    for (depth, vertex) in vertices.iter().enumerate().rev() {
+        if let Some(place) = vertex.visit {
+            // Cosine distributed: radiance over density is π times the radiance.
+            let scale = if vertex.weight.is_black() { 0.0 } else { PI };
+            let irradiance = arriving * scale;
+            if irradiance.is_finite() {
+                visit(place, irradiance);
+            }
+        }
+        let continued = vertex.weight * arriving;
+        arriving = vertex.direct + continued;
+        match depth {
+            1 => seen.distant = continued,
+            0 => seen.distant *= vertex.weight,
+            _ => {}
+        }
+    }
+    seen.all = arriving;
+    seen
+}
+
+/// Light that one light sample sends towards the viewer: all of it from a purely diffuse surface,
+/// else the part that sampling the BSDF does not find.
+pub(in crate::integrator) fn direct_light(
+    scene: &Scene,
+    si: &SurfaceInteraction,
+    bsdf: &BsdfAtHit,
+    sampler: &mut Sampler,
+) -> Rgb {
+    let u_select = if scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
+    let u = sampler.next_2d();
+    if !bsdf.has_smooth() {
+        return Rgb::BLACK;
+    }
+    let reference: LightReference = light_reference(si, bsdf);
+    match sample_light(scene, &reference, bsdf, u_select, u) {
+        Some(light) if light.is_visible(scene, si) => {
+            let stands_alone = bsdf.is_diffuse();
+            let weight = power_heuristic(light.light_pdf(), light.bsdf_pdf());
+            light.contribution() * if stands_alone { 1.0 } else { weight }
+        }
+        _ => Rgb::BLACK,
+    }
+}
+
+/// The shading normal on the viewer's side.
+pub(in crate::integrator) fn lit_normal(si: &SurfaceInteraction) -> Vec3 {
+    if si.frame.n.dot(si.wo) < 0.0 { -si.frame.n } else { si.frame.n }
+}
