@@ -13,7 +13,7 @@ mod tests;
 mod tile;
 
 pub use fingerprint::Fingerprint;
-pub use state::{RenderState, StateError};
+pub use state::RenderState;
 
 use std::time::Duration;
 
