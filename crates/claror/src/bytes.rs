@@ -15,6 +15,14 @@ pub enum BytesError {
     /// A name or value is not text.
     #[error("a text in it is not UTF-8")]
     BadText,
+    /// A number cannot be.
+    #[error("entry {index} of its {what} is impossible")]
+    BadEntry {
+        /// The list.
+        what: &'static str,
+        /// Which one, from 0.
+        index: usize,
+    },
 }
 
 pub(crate) fn put_u32(out: &mut Vec<u8>, value: u32) {
@@ -22,6 +30,10 @@ pub(crate) fn put_u32(out: &mut Vec<u8>, value: u32) {
 }
 
 pub(crate) fn put_u64(out: &mut Vec<u8>, value: u64) {
+    out.extend_from_slice(&value.to_le_bytes());
+}
+
+pub(crate) fn put_f32(out: &mut Vec<u8>, value: f32) {
     out.extend_from_slice(&value.to_le_bytes());
 }
 
@@ -72,6 +84,10 @@ impl<'a> Reader<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
+    pub(crate) fn f32(&mut self) -> Result<f32, BytesError> {
+        self.array().map(f32::from_le_bytes)
+    }
+
     pub(crate) fn f64(&mut self) -> Result<f64, BytesError> {
         self.array().map(f64::from_le_bytes)
     }
@@ -80,5 +96,12 @@ impl<'a> Reader<'a> {
         let length = self.u32()? as usize;
         let text = std::str::from_utf8(self.take(length)?).map_err(|_| BytesError::BadText)?;
         Ok(text.to_owned())
+    }
+
+    /// The length of a list whose items take `item_bytes` each: no more than there are bytes for.
+    pub(crate) fn length(&mut self, item_bytes: usize) -> Result<usize, BytesError> {
+        let count = self.u64()?;
+        let fits = count.checked_mul(item_bytes as u64).is_some_and(|n| n <= self.left());
+        usize::try_from(count).ok().filter(|_| fits).ok_or(BytesError::BadLength)
     }
 }

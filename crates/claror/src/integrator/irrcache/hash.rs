@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use crate::bsdf::BsdfAtHit;
+use crate::bytes::{BytesError, Reader, put_f32, put_u64};
 use crate::emitter::LightReference;
 use crate::film::CropWindow;
 use crate::integrator::CAMERA_DIMENSIONS;
@@ -37,7 +38,7 @@ const MAX_VERTICES: usize = 24;
 const ROULETTE: usize = 4;
 
 /// Mean indirect irradiance by cell, W·m⁻².
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(in crate::integrator) struct IrradianceHash {
     /// A ray must be so long to end in a cell, scene units.
     pub(in crate::integrator) min_segment: f32,
@@ -107,15 +108,25 @@ impl IrradianceHash {
                 (cell[0].0, Rgb::from(sum.map(|s| (s / cell.len() as f64) as f32)))
             })
             .collect();
+        self.insert(&means, usize::MAX);
+    }
+
+    /// Puts means by distinct keys into the slots; false if that takes more steps than allowed.
+    fn insert(&mut self, means: &[(u64, Rgb)], mut steps: usize) -> bool {
         let size = (2 * means.len() + 1).next_power_of_two();
         self.slots = vec![(0, Rgb::BLACK); size];
         for mean in means {
             let mut slot = mean.0 as usize & (size - 1);
             while self.slots[slot].0 != 0 {
                 slot = (slot + 1) & (size - 1);
+                if steps == 0 {
+                    return false;
+                }
+                steps -= 1;
             }
-            self.slots[slot] = mean;
+            self.slots[slot] = *mean;
         }
+        true
     }
 
     /// Mean irradiance around the surface point, if its cell was reached; `u` moves the look-up
@@ -212,6 +223,55 @@ impl IrradianceHash {
             ray = si.spawn_ray(sample.wi);
         }
         note(&vertices, beyond, found);
+    }
+}
+
+/// Bytes of a cell in a file.
+const CELL_BYTES: usize = 8 + 4 * 3;
+/// Steps beyond a key's own slot, mean of all: less than one where keys are as random as they
+/// should be; in a file that was made to be slow, as many as there are cells.
+const MAX_STEPS: usize = 32;
+
+impl IrradianceHash {
+    /// Appends it as bytes: cells by ascending key.
+    pub(super) fn put(&self, out: &mut Vec<u8>) {
+        [self.min_segment, self.per_unit, self.cell].into_iter().for_each(|x| put_f32(out, x));
+        let mut cells: Vec<(u64, Rgb)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
+        cells.sort_unstable_by_key(|(key, _)| *key);
+        put_u64(out, cells.len() as u64);
+        for (key, value) in cells {
+            put_u64(out, key);
+            value.to_array().into_iter().for_each(|x| put_f32(out, x));
+        }
+    }
+
+    /// What [`IrradianceHash::put`] appended.
+    pub(super) fn read(reader: &mut Reader) -> Result<Self, BytesError> {
+        let [min_segment, per_unit, cell] = [reader.f32()?, reader.f32()?, reader.f32()?];
+        if ![min_segment, per_unit, cell].iter().all(|x| x.is_finite() && *x > 0.0) {
+            return Err(BytesError::BadLength);
+        }
+        let count = reader.length(CELL_BYTES)?;
+        let mut cells: Vec<(u64, Rgb)> = Vec::with_capacity(count);
+        for index in 0..count {
+            let key = reader.u64()?;
+            let value = Rgb::from([reader.f32()?, reader.f32()?, reader.f32()?]);
+            if cells.last().map_or(0, |c| c.0) >= key || !value.is_finite() {
+                return Err(BytesError::BadEntry { what: "hash", index });
+            }
+            cells.push((key, value));
+        }
+        let mut hash = Self { min_segment, per_unit, cell, slots: Vec::new() };
+        let is_quick = hash.insert(&cells, MAX_STEPS * cells.len());
+        if is_quick { Ok(hash) } else { Err(BytesError::BadLength) }
+    }
+
+    pub(super) fn cells(&self) -> usize {
+        self.slots.iter().filter(|s| s.0 != 0).count()
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(&self.slots[..])
     }
 }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::gather::{Gatherer, Place, morton};
 use super::hash::lit_normal;
-use super::{Bounces, IrradianceCache, IrradianceHash};
+use super::{Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash};
 use crate::bsdf::BsdfAtHit;
 use crate::irradiance::{Index, LookupSettings, Query, Record, lookup};
 use crate::math::{Bounds3, Vec2, Vec3};
@@ -27,9 +27,6 @@ const MAX_CHAIN: u32 = 12;
 /// Records of a batch: a share of those that exist, within bounds.
 const BATCH_SHARE: usize = 16;
 const BATCH: (usize, usize) = (32, 4096);
-/// In the second pass points are served also by a little weight: a record's far side is better
-/// than one ray.
-const LEAST_WEIGHT: f32 = 0.02;
 
 /// What the first pass did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -61,6 +58,18 @@ struct Eye<'a> {
 impl IrradianceCache {
     /// Fills a cache for what a sensor sees. `None` when cancelled.
     pub fn build(scene: &Scene, sensor: &Sensor, is_cancelled: IsCancelled) -> Option<Self> {
+        Self::update(scene, sensor, CacheContents::default(), is_cancelled)
+    }
+
+    /// Adds to the records of `first`, which stay as they are, what a sensor sees besides; the hash
+    /// becomes that of this sensor. The cache must be of this scene and these settings. `None` when
+    /// cancelled.
+    pub fn update(
+        scene: &Scene,
+        sensor: &Sensor,
+        first: CacheContents,
+        is_cancelled: IsCancelled,
+    ) -> Option<Self> {
         let settings = &scene.tables.integrator;
         let seed = sensor.sampler.seed;
         let camera = Camera::new(sensor);
@@ -71,7 +80,7 @@ impl IrradianceCache {
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
         let bounds = scene.accel.bounds();
-        let mut filling = Filling::new(&gatherer, bounds);
+        let mut filling = Filling::new(&gatherer, bounds, first);
         let longest = crop.width.max(crop.height);
         let mut stride = (longest / COARSEST).max(1).next_power_of_two();
         let mut is_first = true;
@@ -87,7 +96,7 @@ impl IrradianceCache {
             is_first = false;
             stride /= 2;
         }
-        Some(filling.freeze(hash.clone()))
+        Some(filling.freeze(&settings.cache, hash.clone()))
     }
 }
 
@@ -101,19 +110,16 @@ struct Filling<'a> {
 }
 
 impl<'a> Filling<'a> {
-    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3) -> Self {
+    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3, first: CacheContents) -> Self {
         let lookup = LookupSettings::new(&gatherer.radius);
         // Surface points may round to just outside.
         let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
         let bounds = Bounds3 { min: bounds.min - slack, max: bounds.max + slack };
-        let index = Index::octree(bounds, lookup.reach());
-        Self {
-            gatherer,
-            lookup,
-            records: Vec::new(),
-            index,
-            statistics: CacheStatistics::default(),
+        let mut index = Index::octree(bounds, lookup.reach());
+        for (i, record) in first.records.iter().enumerate() {
+            index.insert(i as u32, record);
         }
+        Self { gatherer, lookup, records: first.records, index, statistics: first.statistics }
     }
 
     /// One lattice.
@@ -183,17 +189,13 @@ impl<'a> Filling<'a> {
         lookup(&self.records, &self.index, &query, &self.lookup).is_some()
     }
 
-    fn freeze(mut self, hash: Option<IrradianceHash>) -> IrradianceCache {
+    fn freeze(
+        mut self,
+        settings: &IrrCacheSettings,
+        hash: Option<IrradianceHash>,
+    ) -> IrradianceCache {
         self.statistics.records = self.records.len();
-        let least = self.lookup.min_weight.min(LEAST_WEIGHT);
-        let lookup = LookupSettings { min_weight: least, ..self.lookup };
-        IrradianceCache {
-            index: Index::frozen(&self.records, lookup.reach()),
-            records: self.records,
-            statistics: self.statistics,
-            lookup,
-            hash,
-        }
+        IrradianceCache::new(self.records, self.statistics, settings, hash)
     }
 }
 
