@@ -236,8 +236,7 @@ impl IrradianceHash {
     /// Appends it as bytes: cells by ascending key.
     pub(super) fn put(&self, out: &mut Vec<u8>) {
         [self.min_segment, self.per_unit, self.cell].into_iter().for_each(|x| put_f32(out, x));
-        let mut cells: Vec<(u64, Rgb)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
-        cells.sort_unstable_by_key(|(key, _)| *key);
+        let cells = self.by_key();
         put_u64(out, cells.len() as u64);
         for (key, value) in cells {
             put_u64(out, key);
@@ -266,12 +265,25 @@ impl IrradianceHash {
         if is_quick { Ok(hash) } else { Err(BytesError::BadLength) }
     }
 
+    fn by_key(&self) -> Vec<(u64, Rgb)> {
+        let mut cells: Vec<(u64, Rgb)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
+        cells.sort_unstable_by_key(|(key, _)| *key);
+        cells
+    }
+
     pub(super) fn cells(&self) -> usize {
         self.slots.iter().filter(|s| s.0 != 0).count()
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
         size_of_val(&self.slots[..])
+    }
+
+    /// Forgets all but some cells.
+    #[cfg(test)]
+    pub(super) fn keep(&mut self, count: usize) {
+        let cells = self.by_key();
+        self.insert(&cells[..count], usize::MAX);
     }
 }
 
