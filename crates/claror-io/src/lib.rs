@@ -9,6 +9,7 @@ pub mod diagnostic;
 pub mod image;
 pub mod limits;
 pub mod mesh;
+pub mod records;
 pub mod scene;
 mod source;
 pub mod write;
