@@ -1,4 +1,4 @@
-//! Checkpoints, in memory: `cargo +nightly fuzz run checkpoint fuzz/seeds/checkpoint`. No input may
+//! The container of checkpoints and caches, in memory: `cargo +nightly fuzz run checkpoint fuzz/seeds/checkpoint`. No input may
 //! panic, hang or take much memory. The checksums of the header are put right, or else hardly any
 //! input would get past them.
 
@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use claror_io::checkpoint::{difference, from_bytes};
+use claror_io::container::{Kind, difference, from_bytes};
 use libfuzzer_sys::fuzz_target;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -18,7 +18,7 @@ fuzz_target!(|data: &[u8]| {
         let tail = data.len().min(at + hash.len());
         data.splice(at..tail, hash.bytes());
     }
-    if let Ok(checkpoint) = from_bytes(&data, Path::new("t")) {
-        assert_eq!(difference(&checkpoint.header, &checkpoint.header), None);
+    if let Ok(container) = from_bytes(&data, Kind::Checkpoint, Path::new("t")) {
+        assert_eq!(difference(&container.header, &container.header), None);
     }
 });

@@ -50,6 +50,9 @@ pub(crate) enum Command {
     Check(SceneArgs),
     /// Measure how far two pictures differ
     Compare(CompareArgs),
+    /// Look into a file of `render --cache`
+    #[command(subcommand, subcommand_required = true, arg_required_else_help = true)]
+    Cache(CacheCommand),
     /// Write a completion script for a shell to standard output
     Completions(CompletionsArgs),
     /// Write the manual page to standard output
@@ -108,6 +111,8 @@ pub(crate) struct RenderArgs {
     pub(crate) change: ChangeArgs,
     #[command(flatten)]
     pub(crate) checkpoint: CheckpointArgs,
+    #[command(flatten)]
+    pub(crate) cache: CacheArgs,
 }
 
 const RENDER_NOTES: &str = "\
@@ -116,6 +121,8 @@ Examples:
   claror render room.xml -o room.exr -o room.png --spp 1024 --error 0.01
   claror render room.xml --time 10m --checkpoint room.ckpt      # Ctrl-C at any time
   claror render room.xml --time 10m --checkpoint room.ckpt --resume
+  claror render room.xml -i irrcache --cache room.cache --sensor 0
+  claror render room.xml -i irrcache --cache room.cache --sensor 1 --cache-mode update
   claror render room.xml --size 320x180 -p integrator.max_depth=4 -o - | display exr:-
 
 Ctrl-C ends the tile, writes pictures and checkpoint and exits with 130; twice, it stops at once.
@@ -184,7 +191,8 @@ pub(crate) struct ChangeArgs {
     /// integrator.rr_depth, integrator.early_roulette, integrator.hide_emitters,
     /// integrator.emitter_samples and integrator.bsdf_samples (of direct), integrator.criterion,
     /// integrator.error, integrator.noise, integrator.accuracy, integrator.gather_samples,
-    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing and integrator.bounces (of
+    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing, integrator.bounces and
+    /// integrator.analytic_direct (of
     /// irrcache), sampler.type, sampler.seed, sampler.sample_count,
     /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
     /// film.alpha, film.rfilter. `-v` shows their values.
@@ -231,6 +239,67 @@ pub(crate) struct CheckpointArgs {
     /// Go on from the checkpoint, to the same bits as without a break; start if there is none
     #[arg(long, requires = "checkpoint")]
     pub(crate) resume: bool,
+}
+
+/// How to keep the records of one view for the next.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Irradiance cache (of the integrator irrcache)")]
+pub(crate) struct CacheArgs {
+    /// Keep the irradiance cache in this file, or begin with the one in it
+    ///
+    /// A cache serves every view of a scene: camera, film and sample count may be others than those
+    /// it was made with; the scene's files, the parameters of irrcache and the seed may not. The
+    /// file is written as soon as the cache is complete, before the first sample.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) cache: Option<PathBuf>,
+    /// What becomes of the cache file [default: write, but an old file is not touched]
+    #[arg(long, value_name = "MODE", requires = "cache")]
+    pub(crate) cache_mode: Option<CacheMode>,
+}
+
+/// What becomes of the cache file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CacheMode {
+    /// Make a cache for this view and write it in place of what the file holds
+    Write,
+    /// Begin with the cache in the file, add what this view lacks, and write all of it
+    Update,
+    /// Use the cache in the file as it is; where it has no records, single rays take their place
+    Read,
+}
+
+/// What to do with a cache file.
+#[derive(Debug, Subcommand)]
+pub(crate) enum CacheCommand {
+    /// Show what a cache holds: views, parameters, records, radii, memory
+    Info {
+        /// Cache file
+        #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+        file: PathBuf,
+    },
+    /// Write the records of a cache for other programs
+    Export(ExportArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// Cache file
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) to: ExportFiles,
+}
+
+/// One file at least.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = true)]
+pub(crate) struct ExportFiles {
+    /// Write a point cloud, for Blender and MeshLab: binary PLY, one vertex per record
+    #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub(crate) ply: Option<PathBuf>,
+    /// Write a table, for spreadsheets and scripts: one line per record, numbers separated by commas
+    #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub(crate) csv: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -377,6 +446,8 @@ mod tests {
             &["--threads", "0"],
             &["--resume"],
             &["--every", "5s"],
+            &["--cache-mode", "read"],
+            &["--cache", "a.cache", "--cache-mode", "append"],
             &["-q", "-v"],
             &["--format", "gif"],
             &["-D", "novalue"],

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use claror::integrator::{Aov, AovKind};
+use claror::integrator::{Aov, AovKind, IntegratorKind};
 use claror::render::RenderSettings;
 use claror::scene::SceneTables;
 use claror_io::image::Format;
 
-use crate::args::{self, ChangeArgs, RenderArgs, SceneArgs};
+use crate::args::{self, CacheArgs, CacheMode, ChangeArgs, RenderArgs, SceneArgs};
 use crate::exit::Failure;
 use crate::output::{self, Destination, Output};
 use crate::parameters::{self, Target};
@@ -24,6 +24,7 @@ pub(crate) struct RenderConfig {
     pub(crate) stop: RenderSettings,
     pub(crate) changes: ChangeArgs,
     pub(crate) checkpoint: Option<Checkpoint>,
+    pub(crate) cache: Option<Cache>,
 }
 
 /// Where and how often the state is kept.
@@ -32,6 +33,13 @@ pub(crate) struct Checkpoint {
     pub(crate) file: PathBuf,
     pub(crate) every: Duration,
     pub(crate) resume: bool,
+}
+
+/// Where the irradiance cache is kept, and whether an old one is used.
+#[derive(Debug)]
+pub(crate) struct Cache {
+    pub(crate) file: PathBuf,
+    pub(crate) mode: CacheMode,
 }
 
 impl RenderConfig {
@@ -43,6 +51,8 @@ impl RenderConfig {
             every: args.checkpoint.every,
             resume: args.checkpoint.resume,
         });
+        let cache = cache(args.cache)?;
+        let written_cache = cache.iter().filter(|cache| cache.mode != CacheMode::Read);
         let files: Vec<&Path> = outputs
             .iter()
             .filter_map(|output| match &output.destination {
@@ -50,6 +60,7 @@ impl RenderConfig {
                 Destination::Stdout => None,
             })
             .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
+            .chain(written_cache.map(|cache| cache.file.as_path()))
             .collect();
         output::check_writable(&files)?;
         Ok(Self {
@@ -66,6 +77,7 @@ impl RenderConfig {
             },
             changes: args.change,
             checkpoint,
+            cache,
         })
     }
 
@@ -80,6 +92,12 @@ impl RenderConfig {
         let mut target =
             Target { integrator: &mut tables.integrator, sensor: &mut tables.sensors[index] };
         change(&mut target, &self.changes)?;
+        let kind = target.integrator.kind;
+        if self.cache.is_some() && kind != IntegratorKind::IrradianceCache {
+            let name = parameters::integrator_name(kind);
+            return Err(Failure::usage(format!("--cache: the integrator {name} uses no cache"))
+                .hint("-i irrcache chooses the one that does"));
+        }
         for aov in &self.aovs {
             if tables.aovs.iter().any(|other| other.name == aov.name) {
                 return Err(Failure::usage(format!("two layers would be called {}", aov.name)));
@@ -88,6 +106,22 @@ impl RenderConfig {
         }
         Ok(index)
     }
+}
+
+/// Without a mode nothing that exists is used or replaced: both would surprise somebody.
+fn cache(args: CacheArgs) -> Result<Option<Cache>, Failure> {
+    let Some(file) = args.cache else { return Ok(None) };
+    let mode = match args.cache_mode {
+        Some(mode) => mode,
+        None if file.exists() => {
+            let message = format!("{} exists, and no --cache-mode is given", file.display());
+            return Err(Failure::usage(message).hint(
+                "read uses it as it is, update adds what this view lacks, write replaces it",
+            ));
+        }
+        None => CacheMode::Write,
+    };
+    Ok(Some(Cache { file, mode }))
 }
 
 fn outputs(args: &RenderArgs, json: bool) -> Result<Vec<Output>, Failure> {

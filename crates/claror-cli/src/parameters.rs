@@ -237,7 +237,7 @@ fn boolean(value: &str) -> Result<bool, String> {
     }
 }
 
-fn integrator_name(kind: IntegratorKind) -> &'static str {
+pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
     match kind {
         IntegratorKind::Path => "path",
         IntegratorKind::Direct { .. } => "direct",

@@ -6,7 +6,7 @@
 //! The modules stand in the order in which data flows, and each uses only those above it:
 //! [`math`], [`spectrum`] → [`image`], [`texture`] → [`shape`], [`bsdf`], [`emitter`],
 //! [`sensor`] → [`accel`] → [`scene`] → [`sampler`], [`film`], [`irradiance`] → [`integrator`] →
-//! [`render`].
+//! [`render`]; [`bytes`] is beside them.
 //!
 //! Units: lengths are scene units (the scene file decides; metres by convention), radiance is
 //! W·m⁻²·sr⁻¹ per linear sRGB channel, irradiance W·m⁻², intensity W·sr⁻¹. Directions point
@@ -14,6 +14,7 @@
 
 pub mod accel;
 pub mod bsdf;
+pub mod bytes;
 pub mod emitter;
 pub mod film;
 pub mod image;

@@ -32,16 +32,24 @@ fn render_page(page: &mut Vec<u8>) -> io::Result<()> {
     man.render_synopsis_section(page)?;
     man.render_description_section(page)?;
     man.render_options_section(page)?;
-    for subcommand in command.get_subcommands().filter(|c| c.get_name() != "help") {
-        render_command(page, subcommand)?;
-    }
+    render_commands(page, "claror", &command)?;
     render_text(page, "EXIT STATUS", &exit_codes())?;
     render_text(page, "ENVIRONMENT", ENVIRONMENT)
 }
 
+/// The commands below one that is called `parent`, each before its own.
+fn render_commands(page: &mut Vec<u8>, parent: &str, command: &clap::Command) -> io::Result<()> {
+    for subcommand in command.get_subcommands().filter(|c| c.get_name() != "help") {
+        let name = format!("{parent} {}", subcommand.get_name());
+        render_command(page, &name, subcommand)?;
+        render_commands(page, &name, subcommand)?;
+    }
+    Ok(())
+}
+
 /// A section for a command: usage, what it does, its options and notes.
-fn render_command(page: &mut Vec<u8>, command: &clap::Command) -> io::Result<()> {
-    let title = format!("claror {}", command.get_name()).to_uppercase();
+fn render_command(page: &mut Vec<u8>, name: &str, command: &clap::Command) -> io::Result<()> {
+    let title = name.to_uppercase();
     let usage = command.clone().render_usage().to_string();
     let about = command.get_about().map(ToString::to_string).unwrap_or_default();
     render_text(page, &title, &format!("{about}.\n\n{usage}"))?;

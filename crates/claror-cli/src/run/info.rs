@@ -47,27 +47,23 @@ pub(crate) fn run(args: &SceneArgs, console: &Console) -> Result<Exit, Failure> 
     info.list("files", &files);
     info.json.insert("warnings".to_owned(), json!(loaded.warnings.len()));
 
-    for line in &info.lines {
-        console.result(line);
-    }
-    info.json.insert("event".to_owned(), json!("result"));
-    console.event(&Value::Object(info.json));
+    info.finish(console);
     Ok(Exit::Success)
 }
 
 /// Facts as lines of a table and as members of an object.
 #[derive(Default)]
-struct Info {
+pub(super) struct Info {
     lines: Vec<String>,
-    json: serde_json::Map<String, Value>,
+    pub(super) json: serde_json::Map<String, Value>,
 }
 
 impl Info {
-    fn line(&mut self, label: &str, text: &str) {
+    pub(super) fn line(&mut self, label: &str, text: &str) {
         self.lines.push(format!("{label:<11} {text}"));
     }
 
-    fn add(&mut self, label: &str, text: String) {
+    pub(super) fn add(&mut self, label: &str, text: String) {
         self.line(label, &text);
         self.json.insert(label.to_owned(), json!(text));
     }
@@ -91,11 +87,18 @@ impl Info {
     }
 
     /// One line for each, under one label.
-    fn list(&mut self, label: &str, texts: &[String]) {
+    pub(super) fn list(&mut self, label: &str, texts: &[String]) {
         for (index, text) in texts.iter().enumerate() {
             self.line(if index == 0 { label } else { "" }, text);
         }
         self.json.insert(label.to_owned(), json!(texts));
+    }
+
+    /// Shows all of it.
+    pub(super) fn finish(mut self, console: &Console) {
+        self.lines.iter().for_each(|line| console.result(line));
+        self.json.insert("event".to_owned(), json!("result"));
+        console.event(&Value::Object(self.json));
     }
 }
 
@@ -181,7 +184,7 @@ fn light(emitter: &Emitter, tables: &SceneTables, shape_names: &[String]) -> Str
 }
 
 /// Five significant digits; smaller than any scene's unit is zero.
-fn number(value: f32) -> String {
+pub(super) fn number(value: f32) -> String {
     let value = f64::from(value);
     if value.abs() < 1e-6 {
         return "0".to_owned();
@@ -195,7 +198,7 @@ fn number(value: f32) -> String {
     }
 }
 
-fn triple(values: [f32; 3]) -> String {
+pub(super) fn triple(values: [f32; 3]) -> String {
     let [a, b, c] = values.map(number);
     format!("({a}, {b}, {c})")
 }

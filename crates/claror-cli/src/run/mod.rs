@@ -1,5 +1,7 @@
 //! The commands.
 
+pub(crate) mod cache;
+mod cache_file;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod documents;

@@ -3,9 +3,12 @@
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
+use claror::integrator::IrradianceCache;
 use claror::render::{Observer, Progress, RenderSettings, RenderState};
 
+use super::cache_file::CacheWriter;
 use crate::config::Checkpoint;
+use crate::exit::Failure;
 use crate::messages::Report;
 use crate::progress::{Phase, Snapshot};
 use crate::signals::Interrupts;
@@ -16,6 +19,7 @@ pub(crate) struct Watch<'a> {
     interrupts: &'a Interrupts,
     settings: &'a RenderSettings,
     checkpoint: Option<&'a Checkpoint>,
+    cache: Option<&'a CacheWriter<'a>>,
     start: Instant,
     last_checkpoint: Mutex<Instant>,
     /// Samples that an earlier run had done.
@@ -28,12 +32,22 @@ impl<'a> Watch<'a> {
         interrupts: &'a Interrupts,
         settings: &'a RenderSettings,
         checkpoint: Option<&'a Checkpoint>,
+        cache: Option<&'a CacheWriter<'a>>,
         resumed_samples: u64,
     ) -> Self {
         let start = Instant::now();
         let first_samples = OnceLock::from(resumed_samples);
         let last_checkpoint = Mutex::new(start);
-        Self { phase, interrupts, settings, checkpoint, start, last_checkpoint, first_samples }
+        Self {
+            phase,
+            interrupts,
+            settings,
+            checkpoint,
+            cache,
+            start,
+            last_checkpoint,
+            first_samples,
+        }
     }
 
     /// Share done by each limit; the first one wins, hence the largest counts.
@@ -48,6 +62,13 @@ impl<'a> Watch<'a> {
             .zip(progress.error)
             .map(|(target, error)| f64::from(target / error).powi(2));
         [samples, time, error].into_iter().flatten().reduce(f64::max).map(|f| f.clamp(0.0, 1.0))
+    }
+
+    /// What fails before the end is tried again at the end.
+    fn warn(&self, result: Result<(), Failure>) {
+        for report in result.err().into_iter().flat_map(|failure| failure.reports) {
+            self.phase.warn(&Report::warning(report.message));
+        }
     }
 
     /// Time left until the first limit is reached.
@@ -91,12 +112,14 @@ impl Observer for Watch<'_> {
     fn checkpoint(&self, state: &RenderState) {
         // After an interruption the state is written anyway.
         let Some(checkpoint) = self.checkpoint.filter(|_| self.is_checkpoint_due()) else { return };
-        if let Err(failure) = super::render::write_checkpoint(checkpoint, state) {
-            for report in failure.reports {
-                self.phase.warn(&Report::warning(report.message));
-            }
-        }
+        self.warn(super::render::write_checkpoint(checkpoint, state));
         *self.last_checkpoint.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
+    fn cache_ready(&self, cache: &IrradianceCache) {
+        if let Some(writer) = self.cache {
+            self.warn(writer.write(cache));
+        }
     }
 
     fn is_checkpoint_due(&self) -> bool {

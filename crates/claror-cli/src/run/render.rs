@@ -3,18 +3,23 @@
 use std::path::Path;
 use std::time::Duration;
 
-use claror::integrator::{Aov, CacheStatistics};
-use claror::render::{RenderError, RenderOutput, RenderSettings, RenderState, StopReason};
+use claror::integrator::{Aov, CacheStatistics, IrradianceCache};
+use claror::render::{
+    CacheMode, Fingerprint, RenderError, RenderOutput, RenderSettings, RenderState, Start,
+    StartingCache, StopReason,
+};
 use claror::scene::Scene;
 use claror_io::image::MetadataValue;
 use claror_io::scene::LoadedScene;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
+use super::cache::statistics_json;
+use super::cache_file::{self, CacheFile, CacheWriter};
 use super::load;
 use super::observer::Watch;
 use super::state_file;
-use crate::args::RenderArgs;
+use crate::args::{self, RenderArgs};
 use crate::config::{Checkpoint, RenderConfig};
 use crate::exit::{Exit, Failure};
 use crate::messages::{Console, Report};
@@ -68,9 +73,10 @@ pub(crate) fn run(args: RenderArgs, console: &mut Console) -> Result<Exit, Failu
         console.detail(&format!("{name} = {value}"));
     }
     let resume = resumed_state(&job)?;
+    let first = first_cache(&job)?;
     let scene = load::build(loaded.tables, &config.scene, console, &interrupts, &pool)?;
-    let (output, elapsed) = render(&job, &scene, resume)?;
-    finish(&job, &output, elapsed)
+    let rendered = render(&job, &scene, resume, first)?;
+    finish(&job, &rendered)
 }
 
 fn check_memory(config: &RenderConfig, loaded: &LoadedScene, sensor: usize) -> Result<(), Failure> {
@@ -117,21 +123,74 @@ fn resumed_state(job: &Job) -> Result<Option<RenderState>, Failure> {
     }
 }
 
-fn render(
-    job: &Job,
+/// The cache to begin with, if one is asked for.
+fn first_cache(job: &Job) -> Result<Option<CacheFile>, Failure> {
+    let Some(cache) = &job.config.cache else { return Ok(None) };
+    let file = cache.file.display();
+    match cache.mode {
+        args::CacheMode::Write => return Ok(None),
+        args::CacheMode::Update if !cache.file.exists() => {
+            let warning = format!("there is no {file} to update; it will be made");
+            job.console.warning(&Report::warning(warning));
+            return Ok(None);
+        }
+        args::CacheMode::Update | args::CacheMode::Read => {}
+    }
+    let found = cache_file::read(&cache.file).map_err(|failure| {
+        if cache.file.exists() { failure } else { failure.hint("--cache-mode write makes it") }
+    })?;
+    let count = units::plural(found.contents.records.len() as u64, "record");
+    job.console.detail(&format!("{count} read from {file}"));
+    Ok(Some(found))
+}
+
+/// What came of it.
+struct Rendered<'a> {
+    output: RenderOutput,
+    elapsed: Duration,
+    /// Records that the cache began with.
+    read_records: usize,
+    writer: Option<CacheWriter<'a>>,
+}
+
+fn render<'a>(
+    job: &Job<'a>,
     scene: &Scene,
     resume: Option<RenderState>,
-) -> Result<(RenderOutput, Duration), Failure> {
+    first: Option<CacheFile>,
+) -> Result<Rendered<'a>, Failure> {
     let samples = resume.as_ref().map_or(0, |state| state.film.sample_counts().1);
     let checkpoint = job.config.checkpoint.as_ref();
+    let read_records = first.as_ref().map_or(0, |first| first.contents.records.len());
+    let writer = cache_writer(job, scene, first.as_ref());
+    // What is not only read is written.
+    let mode = if writer.is_some() { CacheMode::Update } else { CacheMode::Read };
+    let cache = first.map(|CacheFile { fingerprint, contents, .. }| StartingCache {
+        fingerprint,
+        contents,
+        mode,
+    });
+    let start = Start { state: resume, cache };
     let phase = Phase::start(job.console, job.interrupts, "render", OnInterrupt::Worker);
     let output = {
-        let watch = Watch::new(&phase, job.interrupts, &job.settings, checkpoint, samples);
-        let work = || claror::render::render(scene, job.sensor, &job.settings, resume, &watch);
+        let writer = writer.as_ref();
+        let watch = Watch::new(&phase, job.interrupts, &job.settings, checkpoint, writer, samples);
+        let work = || claror::render::render(scene, job.sensor, &job.settings, start, &watch);
         job.pool.install(work).map_err(|error| refuse(job, error))?
     };
     let elapsed = phase.finish();
-    Ok((output, elapsed))
+    Ok(Rendered { output, elapsed, read_records, writer })
+}
+
+fn cache_writer<'a>(
+    job: &Job<'a>,
+    scene: &Scene,
+    first: Option<&CacheFile>,
+) -> Option<CacheWriter<'a>> {
+    let cache = job.config.cache.as_ref().filter(|c| c.mode != args::CacheMode::Read)?;
+    let sensor = &scene.tables.sensors[job.sensor];
+    let fingerprint = Fingerprint::of_cache(scene, sensor, &job.settings);
+    Some(CacheWriter::new(&cache.file, fingerprint, sensor, first))
 }
 
 fn refuse(job: &Job, error: RenderError) -> Failure {
@@ -142,8 +201,21 @@ fn refuse(job: &Job, error: RenderError) -> Failure {
             let message = format!(
                 "{file} is a checkpoint of another render: its {what} is {state}, here it is {now}"
             );
-            Failure::new(Exit::Mismatch, message)
-                .hint("give the options of that render, or another --checkpoint file")
+            let hint = if what == Fingerprint::CACHE_CONTENT {
+                "give the --cache of that render with --cache-mode read, or another --checkpoint \
+                 file"
+            } else {
+                "give the options of that render, or another --checkpoint file"
+            };
+            Failure::new(Exit::Mismatch, message).hint(hint)
+        }
+        RenderError::CacheMismatch { what, cache, now } => {
+            let file = job.config.cache.as_ref().map(|c| c.file.display().to_string());
+            let file = file.unwrap_or_default();
+            let message = format!(
+                "{file} is a cache for other renders: its {what} is {cache}, here it is {now}"
+            );
+            Failure::new(Exit::Mismatch, message).hint(cache_file::REPLACE)
         }
         error => Failure::usage(error.to_string()),
     }
@@ -159,7 +231,8 @@ pub(crate) fn write_checkpoint(
 }
 
 /// Writes checkpoint and pictures and tells what became of the render.
-fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, Failure> {
+fn finish(job: &Job, rendered: &Rendered) -> Result<Exit, Failure> {
+    let (output, elapsed) = (&rendered.output, rendered.elapsed);
     let content = Content {
         picture: &output.picture,
         layers: job.config.layers,
@@ -167,7 +240,8 @@ fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, F
         metadata: metadata(job, output, elapsed),
     };
     let phase = Phase::start(job.console, job.interrupts, "write", OnInterrupt::Worker);
-    let written = write_all(job, &content, &output.state);
+    let mut written = write_all(job, &content, &output.state);
+    written.extend(rewrite_cache(rendered, output.cache.as_ref()));
     phase.finish();
     report_non_finite(job, output);
     if written.iter().any(Result::is_err) {
@@ -179,10 +253,19 @@ fn finish(job: &Job, output: &RenderOutput, elapsed: Duration) -> Result<Exit, F
     }
     job.console.result(&summary(output, elapsed));
     if let Some(cache) = &output.cache {
-        job.console.result(&cache_summary(&cache.statistics));
+        job.console.result(&cache_summary(&cache.statistics, rendered.read_records));
     }
-    job.console.event(&result_event(job, output, elapsed));
+    job.console.event(&result_event(job, rendered));
     Ok(if output.stop == StopReason::Cancelled { Exit::Interrupted } else { Exit::Success })
+}
+
+/// A cache that could not be written when it was ready gets a second chance.
+fn rewrite_cache(
+    rendered: &Rendered,
+    cache: Option<&IrradianceCache>,
+) -> Option<Result<(), Failure>> {
+    let writer = rendered.writer.as_ref().filter(|writer| !writer.is_written())?;
+    Some(writer.write(cache?))
 }
 
 /// All at the same time: after Ctrl-C nobody wants to wait.
@@ -250,10 +333,13 @@ fn summary(output: &RenderOutput, elapsed: Duration) -> String {
     format!("{}: {reason}", parts.join(", "))
 }
 
-/// `1234 records from 65 k walks and 710 k rays; 12 discarded, 3 not valid, 401 at the least radius, 7 in crevices`.
-fn cache_summary(cache: &CacheStatistics) -> String {
+/// `1234 records (1000 read) from 65 k walks and 710 k rays; 12 discarded, 3 not valid, 401 at the
+/// least radius, 7 in crevices`.
+fn cache_summary(cache: &CacheStatistics, read: usize) -> String {
+    let read =
+        if read > 0 { format!(" ({} read)", units::grouped(read as u64)) } else { "".into() };
     format!(
-        "{} from {}walks and {}rays; {} discarded, {} not valid, {} at the least radius, \
+        "{}{read} from {}walks and {}rays; {} discarded, {} not valid, {} at the least radius, \
          {} in crevices",
         units::plural(cache.records as u64, "record"),
         units::decimal(cache.walks as f64),
@@ -292,7 +378,8 @@ fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String,
     metadata
 }
 
-fn result_event(job: &Job, output: &RenderOutput, elapsed: Duration) -> Value {
+fn result_event(job: &Job, rendered: &Rendered) -> Value {
+    let (output, elapsed) = (&rendered.output, rendered.elapsed);
     let image = &output.picture.beauty.image;
     let parameters: serde_json::Map<String, Value> =
         job.parameters.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
@@ -311,19 +398,12 @@ fn result_event(job: &Job, output: &RenderOutput, elapsed: Duration) -> Value {
         "non_finite_samples": output.non_finite.count,
         "stop": stop_reason(output.stop),
         "scene_hash": job.settings.scene_hash,
-        "cache": output.cache.as_ref().map(|cache| cache_statistics(&cache.statistics)),
+        "cache": output.cache.as_ref().map(|cache| {
+            let mut object = statistics_json(&cache.statistics);
+            object["read"] = json!(rendered.read_records);
+            object["file"] = json!(job.config.cache.as_ref().map(|cache| file(&cache.file)));
+            object
+        }),
         "parameters": parameters,
-    })
-}
-
-fn cache_statistics(cache: &CacheStatistics) -> Value {
-    json!({
-        "records": cache.records,
-        "discarded": cache.discarded,
-        "invalid": cache.invalid,
-        "at_least_radius": cache.raised,
-        "crevices": cache.crevices,
-        "walks": cache.walks,
-        "rays": cache.rays,
     })
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use claror::render::RenderState;
-use claror_io::checkpoint::{self, Checkpoint, CheckpointHeader};
+use claror_io::container::{self, Container, Header, Kind};
 use claror_io::diagnostic::Subject;
 use claror_io::{Limits, ReadError};
 
@@ -13,9 +13,9 @@ const STATE: &str = "state";
 
 /// Writes a state, whole or not at all.
 pub(crate) fn write(path: &Path, state: &RenderState) -> io::Result<()> {
-    let header = CheckpointHeader { fields: state.fingerprint.entries.clone() };
+    let header = Header { fields: state.fingerprint.entries.clone() };
     let blocks = vec![(STATE.to_owned(), state.to_bytes())];
-    checkpoint::write(path, &Checkpoint { header, blocks })
+    container::write(path, Kind::Checkpoint, &Container { header, blocks })
 }
 
 /// Reads a state.
@@ -27,8 +27,8 @@ pub(crate) fn read(path: &Path) -> Result<RenderState, ReadError> {
         message,
         hint: None,
     };
-    let checkpoint = checkpoint::read(path, &Limits::default())?;
-    let bytes = checkpoint
+    let container = container::read(path, Kind::Checkpoint, &Limits::default())?;
+    let bytes = container
         .block(STATE)
         .ok_or_else(|| error("the checkpoint holds no state of a render".to_owned()))?;
     RenderState::from_bytes(bytes).map_err(|e| error(format!("the state of the render: {e}")))

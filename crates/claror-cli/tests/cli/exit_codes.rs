@@ -27,6 +27,12 @@ const CASES: &[(&str, i32, &str)] = &[
     ("render room.xml -p integrator.emitter_samples=3", 2, "-i direct"),
     ("compare a.exr b.exr --fail-above rmse=1", 2, "mse, relmse"),
     ("completions tcl", 2, "bash"),
+    ("render room.xml --cache a.cache", 2, "-i irrcache"),
+    ("render room.xml -i irrcache --cache-mode read", 2, "--cache"),
+    ("render room.xml -i irrcache --cache a.exr -o a.exr", 2, "written twice"),
+    ("render room.xml -i irrcache --cache room.xml", 2, "--cache-mode"),
+    ("cache", 2, "export"),
+    ("cache export room.xml", 2, "--ply"),
     // Scene.
     ("render bad.xml", 3, "shpere"),
     ("check bad.xml", 3, "2 errors"),
@@ -42,6 +48,11 @@ const CASES: &[(&str, i32, &str)] = &[
     ("compare room.xml room.xml", 4, "not a picture"),
     ("render room.xml --checkpoint no/a.ckpt", 4, "no"),
     ("render room.xml --checkpoint room.xml --resume -o a.exr", 4, "room.xml"),
+    ("render room.xml -i irrcache --cache no/a.cache", 4, "there is no folder no"),
+    ("render room.xml -i irrcache --cache a.cache --cache-mode read", 4, "--cache-mode write"),
+    ("cache info a.cache", 4, "there is no such file"),
+    ("cache info room.xml", 4, "this is not an irradiance cache"),
+    ("cache export no_mesh.xml --csv a.csv", 4, "this is not an irradiance cache"),
     // Memory.
     ("render room.xml --size 100000x100000 -o a.exr", 5, "100000x100000 pixels would need"),
     ("render room.xml --size 4294967295x4294967295 -o a.exr", 5, "would need"),
@@ -90,7 +101,7 @@ fn help_and_version_succeed() {
     assert_eq!(help.stderr, "");
     let version = folder.run("--version").expect(0);
     assert_eq!(version.stdout, format!("claror {}\n", env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "check", "compare", "completions", "man"] {
+    for command in ["render", "info", "check", "compare", "cache", "completions", "man"] {
         assert!(help.stdout.contains(command));
         folder.run(&format!("{command} --help")).expect(0);
     }

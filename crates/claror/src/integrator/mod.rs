@@ -22,7 +22,9 @@ mod path;
 mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
-pub use irrcache::{Bounces, CacheStatistics, IrrCacheSettings, IrradianceCache, IsCancelled};
+pub use irrcache::{
+    Bounces, CacheContents, CacheStatistics, IrrCacheSettings, IrradianceCache, IsCancelled,
+};
 
 use crate::math::Ray;
 use crate::sampler::Sampler;

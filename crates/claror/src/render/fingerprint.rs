@@ -1,10 +1,10 @@
-use super::{RenderError, RenderSettings};
-use crate::integrator::IntegratorKind;
+use super::RenderSettings;
+use crate::integrator::{IntegratorKind, IrrCacheSettings};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
-/// All that decides a picture's bits, as named values; two renders with equal fingerprints add
-/// up to one picture.
+/// All that decides a picture's bits, as named values: two renders with equal fingerprints add
+/// up to one picture. Or all that decides what a cache holds where.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Fingerprint {
     /// Name and value, in a fixed order.
@@ -12,6 +12,9 @@ pub struct Fingerprint {
 }
 
 impl Fingerprint {
+    /// Name of the entry of a [`super::RenderState`] that tells its irradiance cache.
+    pub const CACHE_CONTENT: &str = "content of the irradiance cache";
+
     /// Of a render of `scene` through `sensor`.
     pub fn new(scene: &Scene, sensor: &Sensor, settings: &RenderSettings) -> Self {
         let film = &sensor.film;
@@ -19,7 +22,6 @@ impl Fingerprint {
         let integrator = &scene.tables.integrator;
         let aovs: Vec<String> =
             scene.tables.aovs.iter().map(|a| format!("{}:{}", a.name, a.kind.name())).collect();
-        let depth = integrator.max_depth.map_or_else(|| "none".to_owned(), |d| d.to_string());
         let cache = match integrator.kind {
             IntegratorKind::IrradianceCache => format!("{:?}", integrator.cache),
             _ => String::new(),
@@ -39,7 +41,7 @@ impl Fingerprint {
             ("camera transform", format!("{:?}", sensor.to_world.to_world)),
             ("clip planes", format!("{} to {}", sensor.near_clip, sensor.far_clip)),
             ("integrator", format!("{:?}", integrator.kind)),
-            ("max_depth", depth),
+            ("max_depth", depth(integrator.max_depth)),
             ("rr_depth", integrator.rr_depth.to_string()),
             ("early_roulette", integrator.early_roulette.to_string()),
             ("hide_emitters", integrator.hide_emitters.to_string()),
@@ -52,19 +54,53 @@ impl Fingerprint {
         Self { entries: entries.to_vec() }
     }
 
-    /// An error that names the first difference between this, the fingerprint of a state, and
-    /// that of the render that wants to continue it.
-    pub fn check(&self, now: &Self) -> Result<(), RenderError> {
-        for (name, value) in &now.entries {
-            let state = self.entries.iter().find(|e| e.0 == *name).map_or("", |e| &e.1);
-            if state != value {
-                return Err(RenderError::StateMismatch {
-                    what: name.clone(),
-                    state: state.to_owned(),
-                    now: value.clone(),
-                });
-            }
-        }
-        Ok(())
+    /// Of the irradiance cache of a render. Records of one fingerprint can be mixed whatever view
+    /// they were made for: camera, film and sample count are no part of it.
+    pub fn of_cache(scene: &Scene, sensor: &Sensor, settings: &RenderSettings) -> Self {
+        let integrator = &scene.tables.integrator;
+        let IrrCacheSettings {
+            criterion,
+            error,
+            accuracy,
+            noise,
+            gather_samples,
+            min_pixel_spacing,
+            max_pixel_spacing,
+            bounces,
+            // Nothing that records hold.
+            analytic_direct: _,
+        } = integrator.cache;
+        let entries = [
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+            ("scene", settings.scene_hash.clone().unwrap_or_default()),
+            ("seed", sensor.sampler.seed.to_string()),
+            ("max_depth", depth(integrator.max_depth)),
+            ("rr_depth", integrator.rr_depth.to_string()),
+            ("early_roulette", integrator.early_roulette.to_string()),
+            ("criterion", criterion.name().to_owned()),
+            ("error", error.to_string()),
+            ("accuracy", accuracy.to_string()),
+            ("noise", noise.to_string()),
+            ("gather_samples", gather_samples.to_string()),
+            ("min_pixel_spacing", min_pixel_spacing.to_string()),
+            ("max_pixel_spacing", max_pixel_spacing.to_string()),
+            ("bounces", bounces.name().to_owned()),
+            ("shapes", scene.tables.shapes.shapes.len().to_string()),
+            ("light sources", scene.tables.emitters.emitters.len().to_string()),
+        ];
+        Self { entries: entries.map(|(name, value)| (name.to_owned(), value)).to_vec() }
     }
+
+    /// The first entry of `now` that differs from the one here: its name, its value here, and its
+    /// value there.
+    pub fn difference(&self, now: &Self) -> Option<(String, String, String)> {
+        now.entries.iter().find_map(|(name, value)| {
+            let here = self.entries.iter().find(|e| e.0 == *name).map_or("", |e| &e.1);
+            (here != value).then(|| (name.clone(), here.to_owned(), value.clone()))
+        })
+    }
+}
+
+fn depth(max_depth: Option<u32>) -> String {
+    max_depth.map_or_else(|| "none".to_owned(), |depth| depth.to_string())
 }

@@ -5,6 +5,7 @@
 //! samples in the order of their indices, so neither threads nor rounds nor interruptions change
 //! a bit of the result.
 
+mod cache;
 mod fingerprint;
 mod schedule;
 mod state;
@@ -12,8 +13,9 @@ mod state;
 mod tests;
 mod tile;
 
+pub use cache::{CacheMode, Start, StartingCache};
 pub use fingerprint::Fingerprint;
-pub use state::{RenderState, StateError};
+pub use state::RenderState;
 
 use std::time::Duration;
 
@@ -64,6 +66,8 @@ pub trait Observer: Sync {
     /// Called after every round, after an interrupted one, and when it is due, from one thread:
     /// the moment to write a checkpoint.
     fn checkpoint(&self, state: &RenderState);
+    /// Called before the first sample, when the irradiance cache is complete.
+    fn cache_ready(&self, _cache: &IrradianceCache) {}
     /// Whether the round should pause for a checkpoint. Asked after every tile.
     fn is_checkpoint_due(&self) -> bool {
         false
@@ -133,14 +137,24 @@ pub enum RenderError {
         /// Its value in this render.
         now: String,
     },
+    /// The cache to begin with is of another scene or was made with other settings.
+    #[error("the irradiance cache has {what} {cache}, this render has {now}")]
+    CacheMismatch {
+        /// What differs.
+        what: String,
+        /// Its value in the cache.
+        cache: String,
+        /// Its value in this render.
+        now: String,
+    },
 }
 
-/// Renders what a sensor of the scene sees, continuing `resume` where there is one.
+/// Renders what a sensor of the scene sees, beginning at `start`; `None` is the beginning.
 pub fn render(
     scene: &Scene,
     sensor: usize,
     settings: &RenderSettings,
-    resume: Option<RenderState>,
+    start: impl Into<Start>,
     observer: &dyn Observer,
 ) -> Result<RenderOutput, RenderError> {
     let count = scene.tables.sensors.len();
@@ -157,12 +171,16 @@ pub fn render(
         });
     }
     let fingerprint = Fingerprint::new(scene, chosen, settings);
-    let state = match resume {
+    let start = start.into();
+    let mut state = match start.state {
         Some(state) => {
-            state.fingerprint.check(&fingerprint)?;
+            if let Some((what, state, now)) = state.fingerprint.difference(&fingerprint) {
+                return Err(RenderError::StateMismatch { what, state, now });
+            }
             state
         }
         None => RenderState::new(fingerprint, *crop, &scene.tables.aovs),
     };
-    Ok(schedule::run(scene, chosen, settings, state, observer))
+    let cache = cache::prepare(scene, chosen, settings, start.cache, &mut state, observer)?;
+    Ok(schedule::run(scene, chosen, settings, state, cache, observer))
 }

@@ -2,10 +2,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::cache::Prepared;
 use super::tile::{TileRenderer, TileWork};
 use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
 use crate::film::Picture;
-use crate::integrator::{IntegratorKind, IrradianceCache};
+use crate::integrator::IntegratorKind;
 use crate::sampler::SamplerTable;
 use crate::scene::Scene;
 use crate::sensor::Sensor;
@@ -80,13 +81,10 @@ pub(super) fn run(
     sensor: &Sensor,
     settings: &RenderSettings,
     mut state: RenderState,
+    prepared: Prepared,
     observer: &dyn Observer,
 ) -> RenderOutput {
-    let is_cancelled = || observer.is_cancelled();
-    let cache = match scene.tables.integrator.kind {
-        IntegratorKind::IrradianceCache => IrradianceCache::build(scene, sensor, &is_cancelled),
-        _ => None,
-    };
+    let Prepared { cache, rays: cache_rays } = prepared;
     let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
     let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
     let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
@@ -143,7 +141,7 @@ pub(super) fn run(
         picture: Picture::new(&state.film, sensor.film.alpha, &scene.tables.aovs),
         stop,
         spp: state.film.sample_counts().0,
-        rays: round.rays.into_inner() + cache.as_ref().map_or(0, |cache| cache.statistics.rays),
+        rays: round.rays.into_inner() + cache_rays,
         error,
         non_finite: state.film.non_finite(),
         cache,

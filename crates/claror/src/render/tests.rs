@@ -1,6 +1,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
+use crate::bytes::BytesError;
 use crate::film::{FilterKind, LAYER_NAMES};
 use crate::integrator::{Aov, AovKind, IntegratorKind};
 use crate::math::DVec3;
@@ -232,9 +233,9 @@ fn broken_states_are_refused() {
     }
     let mut long = bytes.clone();
     long.push(0);
-    assert_eq!(RenderState::from_bytes(&long), Err(StateError::TrailingBytes));
+    assert_eq!(RenderState::from_bytes(&long), Err(BytesError::TrailingBytes));
     let huge = [&0_u32.to_le_bytes()[..], &[0xff; 20]].concat();
-    assert_eq!(RenderState::from_bytes(&huge), Err(StateError::BadLength));
+    assert_eq!(RenderState::from_bytes(&huge), Err(BytesError::BadLength));
 }
 
 /// The four integrators fill a film, and depth is what it says.

@@ -67,11 +67,6 @@ impl<'a> Gatherer<'a> {
             Grid::Polar { m: m as u32, n: (m * std::f64::consts::PI).round() as u32 }
         };
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);
-        let radius = RadiusSettings {
-            epsilon: cache.error,
-            accuracy: cache.accuracy,
-            ..RadiusSettings::new(cache.criterion)
-        };
         let hash = if cache.bounces == Bounces::Hash { hash } else { None };
         let sampler = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         Self {
@@ -81,7 +76,7 @@ impl<'a> Gatherer<'a> {
             grid,
             topology: uses_mesh.then(|| Arc::new(MeshTopology::new(n))),
             mesh: MeshSettings::new(FAR * extent),
-            radius,
+            radius: cache.radius(),
             samples: SamplerTable::new(&sampler, 0, (n * n).next_power_of_two().max(4)),
             largest: LARGEST_SHARE * extent,
         }

@@ -21,6 +21,7 @@
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
 
+mod file;
 mod gather;
 mod hash;
 mod prepass;
@@ -29,10 +30,13 @@ mod signature;
 #[cfg(test)]
 mod tests;
 
+pub use file::CacheContents;
 pub use prepass::{CacheStatistics, IsCancelled};
 pub(super) use shade::cached;
 
-use crate::irradiance::{Criterion, Index, Interpolated, LookupSettings, Query, Record, lookup};
+use crate::irradiance::{
+    Criterion, Index, Interpolated, LookupSettings, Query, RadiusSettings, Record, lookup,
+};
 pub(super) use hash::{IrradianceHash, direct_light};
 
 /// Where the light comes from that a record's rays find.
@@ -85,6 +89,14 @@ pub struct IrrCacheSettings {
 impl IrrCacheSettings {
     /// Sensible numbers of rays of a record.
     pub const GATHER_SAMPLES: std::ops::RangeInclusive<u32> = 16..=65_536;
+
+    fn radius(&self) -> RadiusSettings {
+        RadiusSettings {
+            epsilon: self.error,
+            accuracy: self.accuracy,
+            ..RadiusSettings::new(self.criterion)
+        }
+    }
 }
 
 impl Default for IrrCacheSettings {
@@ -115,7 +127,23 @@ pub struct IrradianceCache {
     hash: Option<IrradianceHash>,
 }
 
+/// In the second pass points are served also by a little weight: a record's far side is better
+/// than one ray.
+const LEAST_WEIGHT: f32 = 0.02;
+
 impl IrradianceCache {
+    fn new(
+        records: Vec<Record>,
+        statistics: CacheStatistics,
+        settings: &IrrCacheSettings,
+        hash: Option<IrradianceHash>,
+    ) -> Self {
+        let lookup = LookupSettings::new(&settings.radius());
+        let lookup = LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup };
+        let index = Index::frozen(&records, lookup.reach());
+        Self { records, statistics, index, lookup, hash }
+    }
+
     /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
     pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
         lookup(&self.records, &self.index, query, &self.lookup)

@@ -9,8 +9,8 @@
 use rayon::prelude::*;
 
 use super::gather::{Gatherer, Place, morton};
-use super::hash::lit_normal;
-use super::{Bounces, IrradianceCache, IrradianceHash};
+use super::hash::{HashStatistics, lit_normal};
+use super::{Bounces, CacheContents, IrradianceCache, IrradianceHash};
 use crate::bsdf::BsdfAtHit;
 use crate::irradiance::{Index, LookupSettings, Query, Record, lookup};
 use crate::math::{Bounds3, Vec2, Vec3};
@@ -27,9 +27,6 @@ const MAX_CHAIN: u32 = 12;
 /// Records of a batch: a share of those that exist, within bounds.
 const BATCH_SHARE: usize = 16;
 const BATCH: (usize, usize) = (32, 4096);
-/// In the second pass points are served also by a little weight: a record's far side is better
-/// than one ray.
-const LEAST_WEIGHT: f32 = 0.02;
 
 /// What the first pass did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,22 +60,35 @@ struct Eye<'a> {
 impl IrradianceCache {
     /// Fills a cache for what a sensor sees. `None` when cancelled.
     pub fn build(scene: &Scene, sensor: &Sensor, is_cancelled: IsCancelled) -> Option<Self> {
+        Self::update(scene, sensor, CacheContents::default(), is_cancelled)
+    }
+
+    /// Adds to the records of `first`, which stay as they are, what a sensor sees besides; the hash
+    /// becomes that of this sensor. The cache must be of this scene and these settings. `None` when
+    /// cancelled.
+    pub fn update(
+        scene: &Scene,
+        sensor: &Sensor,
+        first: CacheContents,
+        is_cancelled: IsCancelled,
+    ) -> Option<Self> {
         let settings = &scene.tables.integrator;
         let seed = sensor.sampler.seed;
         let camera = Camera::new(sensor);
         let crop = sensor.film.crop;
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
         let noise = settings.cache.noise;
-        let hash = if needs_hash {
-            Some(IrradianceHash::new(scene, &camera, crop, seed, noise, is_cancelled)?)
+        let (hash, filled) = if needs_hash {
+            let filled = IrradianceHash::new(scene, &camera, crop, seed, noise, is_cancelled)?;
+            (Some(filled.0), filled.1)
         } else {
-            None
+            (None, HashStatistics::default())
         };
         let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
         let bounds = scene.accel.bounds();
-        let mut filling = Filling::new(&gatherer, bounds);
+        let mut filling = Filling::new(&gatherer, bounds, first);
         let longest = crop.width.max(crop.height);
         let mut stride = (longest / COARSEST).max(1).next_power_of_two();
         let mut is_first = true;
@@ -94,13 +104,10 @@ impl IrradianceCache {
             is_first = false;
             stride /= 2;
         }
-        let mut cache = filling.freeze();
-        if let Some(hash) = &hash {
-            cache.statistics.walks = hash.walks;
-            cache.statistics.rays += hash.rays;
-        }
-        cache.hash = hash;
-        Some(cache)
+        filling.statistics.walks += filled.walks;
+        filling.statistics.rays += filled.rays;
+        let (records, statistics) = filling.finish();
+        Some(Self::new(records, statistics, &settings.cache, hash))
     }
 }
 
@@ -114,19 +121,16 @@ struct Filling<'a> {
 }
 
 impl<'a> Filling<'a> {
-    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3) -> Self {
+    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3, first: CacheContents) -> Self {
         let lookup = LookupSettings::new(&gatherer.radius);
         // Surface points may round to just outside.
         let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
         let bounds = Bounds3 { min: bounds.min - slack, max: bounds.max + slack };
-        let index = Index::octree(bounds, lookup.reach());
-        Self {
-            gatherer,
-            lookup,
-            records: Vec::new(),
-            index,
-            statistics: CacheStatistics::default(),
+        let mut index = Index::octree(bounds, lookup.reach());
+        for (i, record) in first.records.iter().enumerate() {
+            index.insert(i as u32, record);
         }
+        Self { gatherer, lookup, records: first.records, index, statistics: first.statistics }
     }
 
     /// One lattice.
@@ -196,17 +200,9 @@ impl<'a> Filling<'a> {
         lookup(&self.records, &self.index, &query, &self.lookup).is_some()
     }
 
-    fn freeze(mut self) -> IrradianceCache {
+    fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
         self.statistics.records = self.records.len();
-        let least = self.lookup.min_weight.min(LEAST_WEIGHT);
-        let lookup = LookupSettings { min_weight: least, ..self.lookup };
-        IrradianceCache {
-            index: Index::frozen(&self.records, lookup.reach()),
-            records: self.records,
-            statistics: self.statistics,
-            lookup,
-            hash: None,
-        }
+        (self.records, self.statistics)
     }
 }
 

@@ -7,24 +7,18 @@
 //! length. After Keller, Dahm and Binder 2014 (Path space filtering) and Binder, Fricke and Keller
 //! 2018 (jittered spatial hashing).
 
+mod fill;
 mod table;
 mod walk;
 
+pub(super) use fill::HashStatistics;
 pub(in crate::integrator) use walk::{direct_light, lit_normal};
 
-use rayon::prelude::*;
-use table::Table;
-
-use crate::film::CropWindow;
+use crate::bytes::{BytesError, Reader, put_f32, put_u64};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Vec2, Vec3, facing};
-use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
-use crate::scene::Scene;
-use crate::sensor::Camera;
 use crate::shape::ShapeId;
 use crate::spectrum::Rgb;
-
-use super::prepass::IsCancelled;
 
 /// Edge of the largest cells as a share of the scene's extent; those of each further level are
 /// half as large.
@@ -35,18 +29,11 @@ const MIN_SEGMENT: f32 = 0.1;
 /// Largest cell that a ray may use, as a share of its length: about what a record cannot resolve,
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
 const RESOLUTION: f32 = 0.15;
-/// Cells that fewer walks visited are too noisy.
-const LEAST_VISITS: u32 = 4;
-/// Least and largest number of walks.
-const WALKS: (usize, usize) = (1 << 15, 1 << 23);
-/// Walks go on until the standard error of what they say about the mean of the picture is this
-/// share of the noise that a record may have: they are shared by all records, so their errors do
-/// not average out.
-const NOISE_SHARE: f64 = 0.04;
-/// Walks per unit of parallel work; fixed, so that the work does not depend on the threads.
-const WALKS_PER_CHUNK: usize = 1024;
-/// Tables that cells are spread over; fixed, too.
-const TABLES: usize = 16;
+/// Bytes of a cell in a file.
+const CELL_BYTES: usize = 8 + 4 * 3;
+/// Steps beyond a key's own slot, mean of all: less than one where keys are as random as they
+/// should be; in a file that was made to be slow, as many as there are cells.
+const MAX_STEPS: usize = 32;
 
 /// Where a walk met a diffuse surface.
 #[derive(Debug, Clone, Copy)]
@@ -61,108 +48,35 @@ struct Visit {
 pub(in crate::integrator) struct IrradianceHash {
     /// Edge of the largest cells, scene units.
     cell: f32,
+    /// A ray must be so long to end in a cell, scene units.
     min_segment: f32,
-    tables: Vec<Table>,
-    /// Walks that filled it, and their rays.
-    pub(super) walks: usize,
-    pub(super) rays: u64,
-}
-
-/// What the walks of a chunk found.
-struct Chunk {
-    /// By table: cell and irradiance, in the order of the walks.
-    found: [Vec<(u64, Rgb)>; TABLES],
-    /// Sums of the luminances of [`walk::Seen`].
-    all: f64,
-    distant: f64,
-    rays: u64,
+    /// Open addressing; a power of two of slots. Key 0 is an empty slot.
+    slots: Vec<(u64, Rgb)>,
 }
 
 impl IrradianceHash {
-    /// From walks that start at the camera: twice as many again and again until their mean has a
-    /// standard error of `noise` times [`NOISE_SHARE`]. Deterministic for any number of threads.
-    /// `None` when cancelled.
-    pub(super) fn new(
-        scene: &Scene,
-        camera: &Camera,
-        crop: CropWindow,
-        seed: u64,
-        noise: f32,
-        is_cancelled: IsCancelled,
-    ) -> Option<Self> {
-        let extent = scene.accel.bounds().extent().max_element().max(1e-20);
-        let mut hash = Self {
-            cell: CELL * extent,
-            min_segment: MIN_SEGMENT * extent,
-            tables: vec![Table::new(); TABLES],
-            walks: 0,
-            rays: 0,
-        };
-        let samples =
-            SamplerSettings { kind: SamplerKind::Sobol, sample_count: WALKS.1 as u32, seed: !seed };
-        let wanted = f64::from(noise) * NOISE_SHARE;
-        let mut sums = Vec::new();
-        let mut goal = WALKS.0;
-        loop {
-            // A part at a time: what walks found is kept until it is in the tables.
-            while hash.walks < goal {
-                if is_cancelled() {
-                    return None;
-                }
-                let end = goal.min(hash.walks + 64 * WALKS_PER_CHUNK);
-                let chunks: Vec<Chunk> = (hash.walks / WALKS_PER_CHUNK..end / WALKS_PER_CHUNK)
-                    .into_par_iter()
-                    .map(|chunk| hash.chunk(scene, camera, crop, &samples, chunk))
-                    .collect();
-                hash.add(&chunks);
-                sums.extend(chunks.iter().map(|c| [c.all, c.distant]));
-                hash.walks = end;
-            }
-            if relative_error(&sums) <= wanted || goal >= WALKS.1 {
-                return Some(hash);
-            }
-            goal *= 2;
-        }
+    /// Without any cells, for a scene of this extent.
+    fn empty(extent: f32) -> Self {
+        let slots = vec![(0, Rgb::BLACK)];
+        Self { cell: CELL * extent, min_segment: MIN_SEGMENT * extent, slots }
     }
 
-    fn chunk(
-        &self,
-        scene: &Scene,
-        camera: &Camera,
-        crop: CropWindow,
-        samples: &SamplerSettings,
-        index: usize,
-    ) -> Chunk {
-        let found = std::array::from_fn(|_| Vec::new());
-        let mut chunk = Chunk { found, all: 0.0, distant: 0.0, rays: 0 };
-        let size = Vec2::new(crop.width as f32, crop.height as f32);
-        let corner = Vec2::new(crop.x as f32, crop.y as f32);
-        for i in index * WALKS_PER_CHUNK..(index + 1) * WALKS_PER_CHUNK {
-            let mut sampler = Sampler::new(samples, (0, 0), i as u32);
-            let film = corner + sampler.next_2d() * size;
-            let ray = camera.ray(film, Vec2::splat(0.5));
-            let rays = &mut chunk.rays;
-            let seen = walk::walk(scene, ray, &mut sampler, rays, |visit, irradiance| {
-                for level in 0..LEVELS {
-                    let key = self.key(visit.p, visit.n, visit.shape, level);
-                    chunk.found[table_of(key)].push((key, irradiance));
+    /// Puts means by distinct keys into the slots; false if that takes more steps than allowed.
+    fn insert(&mut self, means: &[(u64, Rgb)], mut steps: usize) -> bool {
+        let size = (2 * means.len() + 1).next_power_of_two();
+        self.slots = vec![(0, Rgb::BLACK); size];
+        for mean in means {
+            let mut slot = mean.0 as usize & (size - 1);
+            while self.slots[slot].0 != 0 {
+                slot = (slot + 1) & (size - 1);
+                if steps == 0 {
+                    return false;
                 }
-            });
-            if seen.all.is_finite() && seen.distant.is_finite() {
-                chunk.all += f64::from(seen.all.luminance());
-                chunk.distant += f64::from(seen.distant.luminance());
+                steps -= 1;
             }
+            self.slots[slot] = *mean;
         }
-        chunk
-    }
-
-    /// Every table gets its values in the order of the walks, whoever does it.
-    fn add(&mut self, chunks: &[Chunk]) {
-        self.tables.par_iter_mut().enumerate().for_each(|(i, table)| {
-            let values = chunks.iter().flat_map(|chunk| &chunk.found[i]);
-            values.for_each(|&(key, irradiance)| table.add(key, irradiance));
-        });
-        self.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
+        true
     }
 
     /// Mean irradiance around the surface point at the end of a ray, if its cell was reached; `u`
@@ -176,7 +90,15 @@ impl IrradianceHash {
         let shift = (u - 0.5) * self.edge(level);
         let p = si.p + si.frame.s * shift.x + si.frame.t * shift.y;
         let key = self.key(p, lit_normal(si), si.shape, level);
-        self.tables[table_of(key)].mean(key, LEAST_VISITS)
+        let mask = self.slots.len() - 1;
+        let mut slot = key as usize & mask;
+        loop {
+            match self.slots[slot] {
+                (0, _) => return None,
+                (found, value) if found == key => return Some(value),
+                _ => slot = (slot + 1) & mask,
+            }
+        }
     }
 
     /// Edge of the cells of a level, scene units.
@@ -196,17 +118,57 @@ impl IrradianceHash {
     }
 }
 
-/// By bits that a table does not use itself.
-fn table_of(key: u64) -> usize {
-    (key >> 40) as usize % TABLES
-}
+impl IrradianceHash {
+    /// Appends it as bytes: cells by ascending key.
+    pub(super) fn put(&self, out: &mut Vec<u8>) {
+        [self.min_segment, self.cell].into_iter().for_each(|x| put_f32(out, x));
+        let cells = self.by_key();
+        put_u64(out, cells.len() as u64);
+        for (key, value) in cells {
+            put_u64(out, key);
+            value.to_array().into_iter().for_each(|x| put_f32(out, x));
+        }
+    }
 
-/// From sums of all light and of distant light over equal numbers of walks: standard error of the
-/// mean of the second, relative to the mean of the first.
-fn relative_error(sums: &[[f64; 2]]) -> f64 {
-    let n = sums.len() as f64;
-    let [all, distant] = [0, 1].map(|i| sums.iter().map(|s| s[i]).sum::<f64>() / n);
-    let spread = sums.iter().map(|s| (s[1] - distant).powi(2)).sum::<f64>();
-    // In complete darkness 0/0: nothing to improve.
-    if spread == 0.0 { 0.0 } else { (spread / (n * (n - 1.0))).sqrt() / all }
+    /// What [`IrradianceHash::put`] appended.
+    pub(super) fn read(reader: &mut Reader) -> Result<Self, BytesError> {
+        let [min_segment, cell] = [reader.f32()?, reader.f32()?];
+        if ![min_segment, cell].iter().all(|x| x.is_finite() && *x > 0.0) {
+            return Err(BytesError::BadLength);
+        }
+        let count = reader.length(CELL_BYTES)?;
+        let mut cells: Vec<(u64, Rgb)> = Vec::with_capacity(count);
+        for index in 0..count {
+            let key = reader.u64()?;
+            let value = Rgb::from([reader.f32()?, reader.f32()?, reader.f32()?]);
+            if cells.last().map_or(0, |c| c.0) >= key || !value.is_finite() {
+                return Err(BytesError::BadEntry { what: "hash", index });
+            }
+            cells.push((key, value));
+        }
+        let mut hash = Self { min_segment, cell, slots: Vec::new() };
+        let is_quick = hash.insert(&cells, MAX_STEPS * cells.len());
+        if is_quick { Ok(hash) } else { Err(BytesError::BadLength) }
+    }
+
+    fn by_key(&self) -> Vec<(u64, Rgb)> {
+        let mut cells: Vec<(u64, Rgb)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
+        cells.sort_unstable_by_key(|(key, _)| *key);
+        cells
+    }
+
+    pub(super) fn cells(&self) -> usize {
+        self.slots.iter().filter(|s| s.0 != 0).count()
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(&self.slots[..])
+    }
+
+    /// Forgets all but some cells.
+    #[cfg(test)]
+    pub(super) fn keep(&mut self, count: usize) {
+        let cells = self.by_key();
+        self.insert(&cells[..count], usize::MAX);
+    }
 }

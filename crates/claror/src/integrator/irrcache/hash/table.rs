@@ -40,11 +40,12 @@ impl Table {
         }
     }
 
-    /// Mean of a cell that was visited at least `least` times.
-    pub(super) fn mean(&self, key: u64, least: u32) -> Option<Rgb> {
-        let slot = &self.slots[self.find(key)];
-        (slot.key == key && slot.visits >= least)
-            .then(|| Rgb::from(slot.sum.map(|s| (s / f64::from(slot.visits)) as f32)))
+    /// Means of all cells that were visited at least `least` times.
+    pub(super) fn means(&self, least: u32) -> impl Iterator<Item = (u64, Rgb)> {
+        let full = self.slots.iter().filter(move |slot| slot.key != 0 && slot.visits >= least);
+        full.map(|slot| {
+            (slot.key, Rgb::from(slot.sum.map(|s| (s / f64::from(slot.visits)) as f32)))
+        })
     }
 
     /// The slot of this key, or the empty one where it would be.
@@ -79,11 +80,13 @@ mod tests {
                 table.add(i.wrapping_mul(0x9e37_79b9_7f4a_7c15), Rgb::splat((i * round) as f32));
             }
         }
-        for i in 1..2000_u64 {
-            let key = i.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            assert_eq!(table.mean(key, 3), Some(Rgb::splat(i as f32)));
-            assert_eq!(table.mean(key, 4), None);
+        table.add(12_345, Rgb::WHITE);
+        let means: Vec<(u64, Rgb)> = table.means(3).collect();
+        assert_eq!(means.len(), 1999, "one cell was visited once");
+        for (key, mean) in means {
+            // The multiplier's inverse modulo 2^64.
+            let i = key.wrapping_mul(0xf1de_83e1_9937_733d);
+            assert_eq!(mean, Rgb::splat(i as f32));
         }
-        assert_eq!(table.mean(12_345, 1), None);
     }
 }

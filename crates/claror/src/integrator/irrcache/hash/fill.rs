@@ -1,0 +1,157 @@
+//! The walks that fill the hash.
+
+use rayon::prelude::*;
+
+use super::super::prepass::IsCancelled;
+use super::table::Table;
+use super::{IrradianceHash, LEVELS, walk};
+use crate::film::CropWindow;
+use crate::math::Vec2;
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::scene::Scene;
+use crate::sensor::Camera;
+use crate::spectrum::Rgb;
+
+/// Cells that fewer walks visited are too noisy.
+const LEAST_VISITS: u32 = 4;
+/// Least and largest number of walks.
+const WALKS: (usize, usize) = (1 << 15, 1 << 23);
+/// Walks go on until the standard error of what they say about the mean of the picture is this
+/// share of the noise that a record may have: they are shared by all records, so their errors do
+/// not average out.
+const NOISE_SHARE: f64 = 0.04;
+/// Walks per unit of parallel work; fixed, so that the work does not depend on the threads.
+const WALKS_PER_CHUNK: usize = 1024;
+/// Walks between two looks at whether to stop.
+const PART: usize = 64 * WALKS_PER_CHUNK;
+/// Tables that cells are spread over; fixed, too.
+const TABLES: usize = 16;
+
+/// What it took to fill a hash.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in super::super) struct HashStatistics {
+    pub(in super::super) walks: usize,
+    pub(in super::super) rays: u64,
+}
+
+/// What the walks of a chunk found.
+struct Chunk {
+    /// By table: cell and irradiance, in the order of the walks.
+    found: [Vec<(u64, Rgb)>; TABLES],
+    /// Sums of the luminances of [`walk::Seen`].
+    all: f64,
+    distant: f64,
+    rays: u64,
+}
+
+/// All that a walk depends on.
+struct Walker<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    crop: CropWindow,
+    samples: SamplerSettings,
+    /// Knows the cells' keys.
+    hash: IrradianceHash,
+}
+
+impl IrradianceHash {
+    /// From walks that start at the camera: twice as many again and again until the standard error
+    /// of their mean is `noise` times [`NOISE_SHARE`]. Deterministic for any number of threads.
+    /// `None` when cancelled.
+    pub(in super::super) fn new(
+        scene: &Scene,
+        camera: &Camera,
+        crop: CropWindow,
+        seed: u64,
+        noise: f32,
+        is_cancelled: IsCancelled,
+    ) -> Option<(Self, HashStatistics)> {
+        let extent = scene.accel.bounds().extent().max_element().max(1e-20);
+        let count = WALKS.1 as u32;
+        let samples =
+            SamplerSettings { kind: SamplerKind::Sobol, sample_count: count, seed: !seed };
+        let walker = Walker { scene, camera, crop, samples, hash: Self::empty(extent) };
+        let wanted = f64::from(noise) * NOISE_SHARE;
+        let mut tables = vec![Table::new(); TABLES];
+        let mut statistics = HashStatistics::default();
+        let mut sums = Vec::new();
+        let mut goal = WALKS.0;
+        loop {
+            // A part at a time: what walks found is kept until it is in the tables.
+            while statistics.walks < goal {
+                if is_cancelled() {
+                    return None;
+                }
+                let end = goal.min(statistics.walks + PART);
+                let chunks: Vec<Chunk> = (statistics.walks / WALKS_PER_CHUNK
+                    ..end / WALKS_PER_CHUNK)
+                    .into_par_iter()
+                    .map(|chunk| walker.chunk(chunk))
+                    .collect();
+                add(&mut tables, &chunks);
+                sums.extend(chunks.iter().map(|c| [c.all, c.distant]));
+                statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
+                statistics.walks = end;
+            }
+            if relative_error(&sums) <= wanted || goal >= WALKS.1 {
+                let mut hash = walker.hash;
+                let mut means: Vec<_> =
+                    tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
+                // As when it is read from a file.
+                means.sort_unstable_by_key(|(key, _)| *key);
+                hash.insert(&means, usize::MAX);
+                return Some((hash, statistics));
+            }
+            goal *= 2;
+        }
+    }
+}
+
+impl Walker<'_> {
+    fn chunk(&self, index: usize) -> Chunk {
+        let found = std::array::from_fn(|_| Vec::new());
+        let mut chunk = Chunk { found, all: 0.0, distant: 0.0, rays: 0 };
+        let size = Vec2::new(self.crop.width as f32, self.crop.height as f32);
+        let corner = Vec2::new(self.crop.x as f32, self.crop.y as f32);
+        for i in index * WALKS_PER_CHUNK..(index + 1) * WALKS_PER_CHUNK {
+            let mut sampler = Sampler::new(&self.samples, (0, 0), i as u32);
+            let film = corner + sampler.next_2d() * size;
+            let ray = self.camera.ray(film, Vec2::splat(0.5));
+            let rays = &mut chunk.rays;
+            let seen = walk::walk(self.scene, ray, &mut sampler, rays, |visit, irradiance| {
+                for level in 0..LEVELS {
+                    let key = self.hash.key(visit.p, visit.n, visit.shape, level);
+                    chunk.found[table_of(key)].push((key, irradiance));
+                }
+            });
+            if seen.all.is_finite() && seen.distant.is_finite() {
+                chunk.all += f64::from(seen.all.luminance());
+                chunk.distant += f64::from(seen.distant.luminance());
+            }
+        }
+        chunk
+    }
+}
+
+/// Every table gets its values in the order of the walks, whoever does it.
+fn add(tables: &mut [Table], chunks: &[Chunk]) {
+    tables.par_iter_mut().enumerate().for_each(|(i, table)| {
+        let values = chunks.iter().flat_map(|chunk| &chunk.found[i]);
+        values.for_each(|&(key, irradiance)| table.add(key, irradiance));
+    });
+}
+
+/// By bits that a table does not use itself.
+fn table_of(key: u64) -> usize {
+    (key >> 40) as usize % TABLES
+}
+
+/// From sums of all light and of distant light over equal numbers of walks: standard error of the
+/// mean of the second, relative to the mean of the first.
+fn relative_error(sums: &[[f64; 2]]) -> f64 {
+    let n = sums.len() as f64;
+    let [all, distant] = [0, 1].map(|i| sums.iter().map(|s| s[i]).sum::<f64>() / n);
+    let spread = sums.iter().map(|s| (s[1] - distant).powi(2)).sum::<f64>();
+    // In complete darkness 0/0: nothing to improve.
+    if spread == 0.0 { 0.0 } else { (spread / (n * (n - 1.0))).sqrt() / all }
+}
