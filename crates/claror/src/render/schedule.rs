@@ -90,7 +90,10 @@ pub(super) fn run(
     let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
     let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
     let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
-    let adaptive = scene.tables.integrator.kind == IntegratorKind::IrradianceCache;
+    // Leaving pixels alone that look done by chance is a bias, which `debias` is to take away.
+    let integrator = &scene.tables.integrator;
+    let adaptive =
+        integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
     let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
     let samples = state.film.sample_counts().1;
     let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);

@@ -77,6 +77,9 @@ impl<'a> Builder<'a> {
             min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
             max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
             bounces: properties.choice("bounces", &bounces),
+            debias: properties.float_that("debias", default.debias, "between 0 and 1", |v| {
+                (0.0..=1.0).contains(&v)
+            }),
         };
         IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..inner }
     }

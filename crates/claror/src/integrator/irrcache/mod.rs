@@ -11,11 +11,14 @@
 //! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
 //! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
 //! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
+//! | `debias` | 1 | 0 | share of look-ups that are corrected by a walk: above 0 the picture has the mean of path tracing |
 //!
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
 //! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
-//! by one ray, noisily. Bump and normal maps are not seen by the cache: it takes the smooth normal.
+//! by one ray, noisily. With `debias` p a look-up Ẽ becomes Ẽ + (X − Ẽ)/p with probability p, where
+//! X is one walk: any p above 0 takes the bias away for noise (p = 1 is X alone), and the picture
+//! gets all of its samples, since leaving pixels alone early is a bias too. Bump and normal maps are not seen by the cache: it takes the smooth normal.
 //!
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
@@ -76,6 +79,8 @@ pub struct IrrCacheSettings {
     pub max_pixel_spacing: f32,
     /// Light at the ends of a record's rays.
     pub bounces: Bounces,
+    /// Share of look-ups that are corrected by a random walk, 0 to 1.
+    pub debias: f32,
 }
 
 impl IrrCacheSettings {
@@ -94,6 +99,7 @@ impl Default for IrrCacheSettings {
             min_pixel_spacing: 3.0,
             max_pixel_spacing: 160.0,
             bounces: Bounces::Hash,
+            debias: 0.0,
         }
     }
 }
