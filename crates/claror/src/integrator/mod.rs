@@ -22,7 +22,10 @@ mod path;
 mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
-pub use irrcache::{Bounces, CacheStatistics, IrrCacheSettings, IrradianceCache, IsCancelled};
+pub use irrcache::{
+    Bounces, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled, Probe,
+    ProbeSettings,
+};
 
 use crate::math::Ray;
 use crate::sampler::Sampler;

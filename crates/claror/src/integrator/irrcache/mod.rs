@@ -26,11 +26,13 @@
 mod gather;
 mod hash;
 mod prepass;
+mod probe;
 mod shade;
 #[cfg(test)]
 mod tests;
 
 pub use prepass::{CacheStatistics, IsCancelled};
+pub use probe::{Cause, Probe, ProbeSettings};
 pub(super) use shade::cached;
 
 use crate::irradiance::{Criterion, Index, Interpolated, LookupSettings, Query, Record, lookup};
