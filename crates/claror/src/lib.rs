@@ -6,7 +6,7 @@
 //! The modules stand in the order in which data flows, and each uses only those above it:
 //! [`math`], [`spectrum`] → [`image`], [`texture`] → [`shape`], [`bsdf`], [`emitter`],
 //! [`sensor`] → [`accel`] → [`scene`] → [`sampler`], [`film`], [`irradiance`] → [`integrator`] →
-//! [`render`].
+//! [`render`] → [`verify`].
 //!
 //! Units: lengths are scene units (the scene file decides; metres by convention), radiance is
 //! W·m⁻²·sr⁻¹ per linear sRGB channel, irradiance W·m⁻², intensity W·sr⁻¹. Directions point
@@ -28,3 +28,4 @@ pub mod sensor;
 pub mod shape;
 pub mod spectrum;
 pub mod texture;
+pub mod verify;
