@@ -1,6 +1,6 @@
 //! The irradiance cache against walks.
 
-use super::estimate::{Estimate, Share, stratified_ratio};
+use super::estimate::{Estimate, Noise, Share, stratified_ratio};
 use super::picture::relative_scale;
 use super::strata::Strata;
 use super::worst_first;
@@ -28,7 +28,7 @@ pub struct CacheCheck {
 struct Served {
     cached: f64,
     difference: f64,
-    error: f64,
+    variance: f64,
 }
 
 impl CacheCheck {
@@ -36,20 +36,12 @@ impl CacheCheck {
         let probe = self.probe.as_ref()?;
         let cached = f64::from(probe.cached?.irradiance.luminance());
         let difference = cached - f64::from(probe.expected.luminance());
-        Some(Served { cached, difference, error: probe.variance.sqrt() })
+        Some(Served { cached, difference, variance: probe.variance })
     }
 
     /// Luminance of the irradiance that the cache says, and of that by walks.
     pub fn irradiance(&self) -> Option<(f64, f64)> {
         self.served().map(|served| (served.cached, served.cached - served.difference))
-    }
-
-    /// Their difference over the standard error of the walks.
-    pub fn sigmas(&self) -> f64 {
-        match self.served() {
-            Some(served) if served.difference != 0.0 => served.difference / served.error,
-            _ => 0.0,
-        }
     }
 
     /// Radiance at the camera by the cache, and how much of it is too much.
@@ -121,6 +113,8 @@ pub struct CacheReport {
     /// The cache's parameter `error`, relative to the square root of squared irradiance plus a
     /// hundredth of its squared mean.
     pub tolerance: f64,
+    /// How exact the checks are.
+    pub noise: Noise,
     /// Checks that are surely off, the worst first.
     pub worst: Vec<usize>,
 }
@@ -135,10 +129,13 @@ impl CacheReport {
         let mean = if served.is_empty() { 0.0 } else { sum / served.len() as f64 };
         let seen: Vec<(f64, f64)> = checks.iter().map(CacheCheck::seen).collect();
         let (light, excess): (Vec<f64>, Vec<f64>) = seen.into_iter().unzip();
-        let squares = |s: &Served| s.difference.powi(2) - s.error.powi(2);
+        let squares = |s: &Served| s.difference.powi(2) - s.variance;
         let squares: Vec<f64> = all.iter().map(|s| s.as_ref().map_or(0.0, squares)).collect();
         let ones: Vec<f64> = all.iter().map(|s| f64::from(u8::from(s.is_some()))).collect();
-        let relative = |value: f64, s: &Served| value / relative_scale(s.cached, mean);
+        let noise = Noise::new(served.iter().map(|s| (s.cached, s.variance)));
+        let error = |s: &Served| noise.error(s.cached, s.variance);
+        let scale = |s: &Served| relative_scale(s.cached, mean);
+        let badness = |s: &Served| (s.difference.abs() - Share::SIGMAS * error(s)) / scale(s);
         Self {
             walks: checker.probe.walks(),
             served: (served.len(), checks.iter().filter(|c| c.probe.is_some()).count()),
@@ -148,16 +145,20 @@ impl CacheReport {
                 .filter(|_| mean > 0.0)
                 .map(|mse| mse.scaled(1.0 / (mean * mean))),
             beyond: Share::new(
-                served
-                    .iter()
-                    .map(|s| (s.difference, s.error, tolerance * relative_scale(s.cached, mean))),
+                served.iter().map(|s| (s.difference, error(s), tolerance * scale(s))),
             ),
             tolerance,
-            worst: worst_first(all.iter().map(|s| {
-                s.as_ref()
-                    .map_or(0.0, |s| relative(s.difference.abs() - Share::SIGMAS * s.error, s))
-            })),
+            noise,
+            worst: worst_first(all.iter().map(|s| s.as_ref().map_or(0.0, badness))),
             checks,
+        }
+    }
+
+    /// Difference of a check's irradiance over the standard error of the walks.
+    pub fn sigmas(&self, check: &CacheCheck) -> f64 {
+        match check.served() {
+            Some(s) if s.difference != 0.0 => s.difference / self.noise.error(s.cached, s.variance),
+            _ => 0.0,
         }
     }
 

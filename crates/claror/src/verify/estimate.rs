@@ -141,6 +141,35 @@ fn beta_quantile(p: f64, a: f64, b: f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// How exact single checks are.
+///
+/// Paths bring light in rare, bright pieces, and a check that met few of them, or none, is too dark
+/// and says that it is exact. The variance of a sum of such pieces is proportional to its mean
+/// (compound Poisson), so no check counts as more exact than the usual one would be at a place
+/// of that value: the median of all.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// Usual variance per value.
+    pub per_value: f64,
+}
+
+impl Noise {
+    /// From values of the picture (or cache) and squared standard errors of the checks.
+    pub fn new(checks: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut ratios: Vec<f64> = checks
+            .filter(|(v, variance)| *v > 0.0 && *variance > 0.0)
+            .map(|(v, s)| s / v)
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        Self { per_value: ratios.get(ratios.len() / 2).copied().unwrap_or(0.0) }
+    }
+
+    /// Standard error of a check, if the value that it is compared with is right.
+    pub fn error(&self, value: f64, variance: f64) -> f64 {
+        variance.max(self.per_value * value).sqrt()
+    }
+}
+
 /// The share of places where something is off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {

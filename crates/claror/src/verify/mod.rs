@@ -22,7 +22,8 @@ mod tests;
 
 pub use cache::{CacheCheck, CacheReport};
 pub use estimate::{
-    Estimate, Interval, LEVEL, Share, Verdict, clopper_pearson, stratified_mean, stratified_ratio,
+    Estimate, Interval, LEVEL, Noise, Share, Verdict, clopper_pearson, stratified_mean,
+    stratified_ratio,
 };
 pub use picture::{PictureCheck, PictureReport};
 

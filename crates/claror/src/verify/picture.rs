@@ -1,11 +1,11 @@
 //! Pixels of the picture against paths.
 
-use super::estimate::{Estimate, Share, stratified_mean};
+use super::estimate::{Estimate, Noise, Share, stratified_mean};
 use super::strata::Strata;
 use super::{VerifySettings, worst_first};
 use crate::film::{FilterSampler, LAYERS, Picture};
 use crate::integrator::{IntegratorKind, IntegratorSettings, radiance};
-use crate::math::Vec2;
+use crate::math::{Ray, Vec2};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::{Camera, Sensor};
@@ -16,6 +16,13 @@ use crate::spectrum::Rgb;
 pub(super) const BATCHES: u32 = 16;
 /// Keeps the random numbers apart from those of the picture.
 const STREAM: u64 = 0x7c15_3a91_e04b_d26d;
+/// Further camera rays per path where the edge of something that emits is near: a lamp's edge is
+/// bright, and would be most of the noise.
+const EDGE_RAYS: u32 = 16;
+/// An edge: emission differs between neighbours by more than this share of the picture's mean.
+const EDGE: f64 = 0.01;
+/// Keeps their random numbers apart from those of the paths.
+const EDGE_STREAM: u64 = 0x51d7_348b_b02c_96ef;
 /// Squared floor of relative errors, as in `claror compare`.
 const RELATIVE_FLOOR: f64 = 0.01;
 
@@ -35,14 +42,25 @@ pub struct PictureCheck {
 }
 
 impl PictureCheck {
-    /// The luminance that paths give.
-    pub fn expected(&self) -> f64 {
-        f64::from(self.value.luminance()) - self.difference[3]
+    /// The picture's luminance.
+    pub fn luminance(&self) -> f64 {
+        f64::from(self.value.luminance())
     }
 
-    /// Difference in luminance over its standard error.
-    pub fn sigmas(&self) -> f64 {
-        if self.difference[3] == 0.0 { 0.0 } else { self.difference[3] / self.variance[3].sqrt() }
+    /// The luminance that paths give.
+    pub fn expected(&self) -> f64 {
+        self.luminance() - self.difference[3]
+    }
+
+    /// Squared error without the paths' own, mean of the channels; relative to the squared value
+    /// plus a finite `floor`.
+    fn mean_square(&self, floor: f64) -> f64 {
+        let term = |c: usize| {
+            let square = self.difference[c].powi(2) - self.variance[c];
+            let value = f64::from(self.value[c]);
+            if floor.is_finite() { square / (value * value + floor) } else { square }
+        };
+        (term(0) + term(1) + term(2)) / 3.0
     }
 }
 
@@ -50,6 +68,17 @@ impl PictureCheck {
 fn with_luminance(sum: [f64; 3]) -> [f64; 4] {
     let [r, g, b] = sum;
     [r, g, b, 0.212_671 * r + 0.715_16 * g + 0.072_169 * b]
+}
+
+/// What is not finite counts as black, as in the picture.
+fn finite(layers: [Rgb; LAYERS]) -> [Rgb; LAYERS] {
+    if layers.iter().all(|layer| layer.is_finite()) { layers } else { [Rgb::BLACK; LAYERS] }
+}
+
+fn add(sum: &mut [f64; 3], colour: Rgb, scale: f64) {
+    for (sum, value) in sum.iter_mut().zip(colour.to_array()) {
+        *sum += f64::from(value) * scale;
+    }
 }
 
 /// Makes checks.
@@ -60,6 +89,8 @@ pub(super) struct PictureChecker<'a> {
     camera: Camera,
     filter: FilterSampler,
     strata: Strata,
+    /// Mean of the picture: red, green, blue, luminance.
+    mean: [f64; 4],
     crop: (u32, u32),
     seed: u64,
     per_batch: u32,
@@ -83,6 +114,7 @@ impl<'a> PictureChecker<'a> {
             camera: Camera::new(sensor),
             filter: FilterSampler::new(sensor.film.filter),
             strata,
+            mean: mean(picture),
             crop: (sensor.film.crop.x, sensor.film.crop.y),
             seed: sensor.sampler.seed ^ STREAM,
             per_batch: paths.div_ceil(BATCHES).max(1),
@@ -109,10 +141,11 @@ impl<'a> PictureChecker<'a> {
             let value = self.picture.parts[layer].image.pixel(x, y);
             Rgb::new(value[0], value[1], value[2])
         });
+        let is_edge = self.is_edge(x, y);
         let (mut mean, mut squares) = ([0.0; 4], [0.0; 4]);
         let mut layers = [0.0; LAYERS];
         for batch in 0..BATCHES {
-            let differences = self.batch((index, batch), pixel, &parts, rays);
+            let differences = self.batch((index, batch), pixel, &parts, is_edge, rays);
             let total = with_luminance(std::array::from_fn(|c| {
                 differences.iter().map(|layer| layer[c]).sum()
             }));
@@ -144,6 +177,7 @@ impl<'a> PictureChecker<'a> {
         stream: (u32, u32),
         pixel: (u32, u32),
         parts: &[Rgb; LAYERS],
+        is_edge: bool,
         rays: &mut u64,
     ) -> [[f64; 3]; LAYERS] {
         let samples = SamplerSettings {
@@ -151,27 +185,65 @@ impl<'a> PictureChecker<'a> {
             sample_count: self.per_batch,
             seed: self.seed,
         };
-        let (x, y) = (self.crop.0 + pixel.0, self.crop.1 + pixel.1);
-        let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let mut sums = [[0.0; 3]; LAYERS];
         for index in 0..self.per_batch {
             let mut sampler = Sampler::new(&samples, stream, index);
-            let (offset, weight) = self.filter.sample(sampler.next_2d());
-            let lens = if self.camera.has_lens() { sampler.next_2d() } else { Vec2::splat(0.5) };
-            let ray = self.camera.ray(center + offset, lens);
+            let (ray, weight) = self.camera_ray(pixel, &mut sampler);
+            let scale = weight / f64::from(self.per_batch);
             let found =
                 radiance(self.scene, &self.integrator, None, &ray, &mut sampler, rays).layers();
-            // What is not finite counts as black, as in the picture.
-            let is_finite = found.iter().all(|layer| layer.is_finite());
-            let weight = f64::from(weight) / f64::from(self.per_batch);
-            for ((sum, found), part) in sums.iter_mut().zip(found).zip(parts) {
-                for c in 0..3 {
-                    let found = if is_finite { f64::from(found[c]) } else { 0.0 };
-                    sum[c] += weight * (f64::from(part[c]) - found);
-                }
+            for ((sum, found), part) in sums.iter_mut().zip(finite(found)).zip(parts) {
+                add(sum, *part - found, scale);
+            }
+            if is_edge {
+                // What more camera rays tell better.
+                let known = self.first_emission(&ray, &mut sampler, rays) - parts[0];
+                add(&mut sums[0], known, scale);
             }
         }
+        let edge_rays = if is_edge { EDGE_RAYS * self.per_batch } else { 0 };
+        let samples = SamplerSettings { seed: self.seed ^ EDGE_STREAM, ..samples };
+        for index in 0..edge_rays {
+            let mut sampler = Sampler::new(&samples, stream, index);
+            let (ray, weight) = self.camera_ray(pixel, &mut sampler);
+            let found = self.first_emission(&ray, &mut sampler, rays);
+            add(&mut sums[0], parts[0] - found, weight / f64::from(edge_rays));
+        }
         sums
+    }
+
+    /// A ray of the pixel in this column and row of the picture, and its weight.
+    fn camera_ray(&self, pixel: (u32, u32), sampler: &mut Sampler) -> (Ray, f64) {
+        let (offset, weight) = self.filter.sample(sampler.next_2d());
+        let lens = if self.camera.has_lens() { sampler.next_2d() } else { Vec2::splat(0.5) };
+        let (x, y) = (self.crop.0 + pixel.0, self.crop.1 + pixel.1);
+        let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        (self.camera.ray(center + offset, lens), f64::from(weight))
+    }
+
+    /// Emission of the first surface that a camera ray meets, which holds no chance: all of the
+    /// layer emission but what is seen through invisible surfaces.
+    fn first_emission(&self, ray: &Ray, sampler: &mut Sampler, rays: &mut u64) -> Rgb {
+        let max_depth = self.integrator.max_depth.map_or(1, |limit| limit.min(1));
+        let settings = IntegratorSettings { max_depth: Some(max_depth), ..self.integrator };
+        let found = radiance(self.scene, &settings, None, ray, sampler, rays);
+        finite(found.layers())[0]
+    }
+
+    /// Whether emission differs between a pixel of the picture and its neighbours. The picture
+    /// alone decides, so this biases nothing.
+    fn is_edge(&self, x: usize, y: usize) -> bool {
+        let image = &self.picture.parts[0].image;
+        let near = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for row in near(y, image.height) {
+            for column in near(x, image.width) {
+                let pixel = image.pixel(column, row);
+                let value = f64::from(Rgb::new(pixel[0], pixel[1], pixel[2]).luminance());
+                (least, most) = (least.min(value), most.max(value));
+            }
+        }
+        most - least > EDGE * self.mean[3]
     }
 }
 
@@ -198,6 +270,8 @@ pub struct PictureReport {
     /// Tolerance of [`PictureReport::beyond`], relative to the square root of squared value plus
     /// a hundredth of the picture's squared mean.
     pub tolerance: f64,
+    /// How exact the checks are.
+    pub noise: Noise,
     /// Checks that are surely off, the worst first.
     pub worst: Vec<usize>,
 }
@@ -209,7 +283,7 @@ impl PictureReport {
         settings: &VerifySettings,
     ) -> Self {
         let strata = checker.strata.count;
-        let mean = mean(checker.picture);
+        let mean = checker.mean;
         let over = |f: &dyn Fn(&PictureCheck) -> f64| -> Estimate {
             stratified_mean(&checks.iter().map(f).collect::<Vec<f64>>(), strata)
         };
@@ -218,23 +292,11 @@ impl PictureReport {
             let expected = || -over(&|check| check.difference[c]).value;
             [mean[c], expected()].into_iter().find(|m| *m > 0.0).unwrap_or(1.0)
         });
-        let scale = move |check: &PictureCheck| {
-            relative_scale(f64::from(check.value.luminance()), reference[3])
-        };
-        let mean_square = |floored: bool| {
-            move |check: &PictureCheck| {
-                let term = |c: usize| {
-                    let square = check.difference[c].powi(2) - check.variance[c];
-                    let value = f64::from(check.value[c]);
-                    if floored { square / (value * value + RELATIVE_FLOOR) } else { square }
-                };
-                (term(0) + term(1) + term(2)) / 3.0
-            }
-        };
-        let places: Vec<(f64, f64, f64)> = checks
-            .iter()
-            .map(|c| (c.difference[3], c.variance[3].sqrt(), settings.tolerance * scale(c)))
-            .collect();
+        let noise = Noise::new(checks.iter().map(|c| (c.luminance(), c.variance[3])));
+        let scale = |check: &PictureCheck| relative_scale(check.luminance(), reference[3]);
+        let error = |check: &PictureCheck| noise.error(check.luminance(), check.variance[3]);
+        let place = |c: &PictureCheck| (c.difference[3], error(c), settings.tolerance * scale(c));
+        let excess = |c: &PictureCheck| c.difference[3].abs() - Share::SIGMAS * error(c);
         Self {
             paths: checker.paths(),
             mean,
@@ -244,27 +306,29 @@ impl PictureReport {
             layers: std::array::from_fn(|layer| {
                 over(&|check| check.layers[layer]).scaled(1.0 / reference[3])
             }),
-            mse: over(&mean_square(false)),
-            rel_mse: over(&mean_square(true)),
-            beyond: Share::new(places.iter().copied()),
+            mse: over(&|check| check.mean_square(f64::INFINITY)),
+            rel_mse: over(&|check| check.mean_square(RELATIVE_FLOOR)),
+            beyond: Share::new(checks.iter().map(place)),
             tolerance: settings.tolerance,
-            worst: worst_first(
-                checks
-                    .iter()
-                    .zip(&places)
-                    .map(|(check, place)| (place.0.abs() - Share::SIGMAS * place.1) / scale(check)),
-            ),
+            noise,
+            worst: worst_first(checks.iter().map(|check| excess(check) / scale(check))),
             checks,
         }
+    }
+
+    /// Difference of a check's luminance over its standard error.
+    pub fn sigmas(&self, check: &PictureCheck) -> f64 {
+        let error = self.noise.error(check.luminance(), check.variance[3]);
+        if check.difference[3] == 0.0 { 0.0 } else { check.difference[3] / error }
     }
 
     /// Error of a check's pixel relative to what [`PictureReport::tolerance`] is relative to, as
     /// far as it is sure: bright is positive, 0 is not sure.
     pub fn sure_error(&self, check: &PictureCheck) -> f64 {
-        let scale = relative_scale(f64::from(check.value.luminance()), self.mean[3]);
-        let difference = check.difference[3];
-        let sure = (difference.abs() - Share::SIGMAS * check.variance[3].sqrt()).max(0.0);
-        if sure > 0.0 { sure.copysign(difference) / scale } else { 0.0 }
+        let error = self.noise.error(check.luminance(), check.variance[3]);
+        let sure = (check.difference[3].abs() - Share::SIGMAS * error).max(0.0);
+        let scale = relative_scale(check.luminance(), self.mean[3]);
+        if sure > 0.0 { sure.copysign(check.difference[3]) / scale } else { 0.0 }
     }
 }
 

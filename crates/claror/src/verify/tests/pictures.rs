@@ -149,7 +149,30 @@ fn a_wrong_picture_is_refuted_and_a_right_one_is_not() {
     let glaring = checked(&scene, &glaring, &settings, 5);
     assert_eq!(glaring.share_verdict(), Verdict::Refuted, "{:?}", glaring.picture.beyond);
     let check = glaring.picture.checks[glaring.picture.worst[0]];
-    assert!(check.sigmas() > 3.0 && glaring.picture.sure_error(&check) > 0.0, "{check:?}");
+    assert!(
+        glaring.picture.sigmas(&check) > 3.0 && glaring.picture.sure_error(&check) > 0.0,
+        "{check:?}"
+    );
+}
+
+/// A right picture with a lamp in sight, whose edges are looked at with more rays: its mean is
+/// right within 4.5 standard errors, which are small, and hardly any pixel counts as surely off.
+#[test]
+fn a_right_picture_is_right() {
+    let mut t = mixed_room(16);
+    let shapes = &mut t.tables.shapes.shapes;
+    shapes[2].bsdf = shapes[0].bsdf;
+    t.tables.integrator.max_depth = Some(6);
+    let (scene, exact) = exact(t.build());
+    let settings = VerifySettings { budget: Budget::Checks(2048), ..FEW };
+    let found = checked(&scene, &exact, &settings, 5).picture;
+    let (emission, mean) = (found.layers[0], found.bias[3]);
+    for estimate in [emission, mean] {
+        let sigmas = estimate.value / estimate.standard_error;
+        assert!(sigmas.abs() < 4.5, "{estimate:?}");
+    }
+    assert!(emission.standard_error < 2e-3, "{emission:?}");
+    assert!(found.beyond.surely <= 10, "{:?}", found.beyond);
 }
 
 /// A picture may be confirmed, too.
