@@ -7,3 +7,4 @@ mod compare;
 mod exit_codes;
 mod json;
 mod render;
+mod verify;
