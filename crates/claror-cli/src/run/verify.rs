@@ -2,10 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use claror::integrator::IntegratorKind;
+use claror::integrator::{IntegratorKind, IrradianceCache};
 use claror::render::{Observer, Progress, RenderOutput, RenderState};
 use claror::scene::{Scene, SceneTables};
-use claror::verify::{Budget, CacheReport, PictureReport, Verdict, Verification, verify};
+use claror::verify::{
+    Budget, CacheCheck, CacheReport, PictureCheck, PictureReport, Verdict, Verification, verify,
+};
 use rayon::ThreadPool;
 use serde_json::Value;
 
@@ -78,18 +80,14 @@ pub(crate) fn run(
 
 impl Verified {
     /// Tells what was found.
-    pub(crate) fn show(
-        &self,
-        console: &Console,
-        cache: Option<&claror::integrator::IrradianceCache>,
-    ) {
+    pub(crate) fn show(&self, console: &Console, cache: Option<&IrradianceCache>) {
         for line in verify_report::lines(&self.verification, cache, self.elapsed) {
             console.result(&line);
         }
     }
 
     /// All numbers.
-    pub(crate) fn json(&self, cache: Option<&claror::integrator::IrradianceCache>) -> Value {
+    pub(crate) fn json(&self, cache: Option<&IrradianceCache>) -> Value {
         verify_report::json(&self.verification, cache, self.elapsed)
     }
 
@@ -117,13 +115,13 @@ impl Verified {
     }
 }
 
-/// The places that are told as the worst, with the cause where it is a look-up.
-pub(crate) fn worst_pixels(report: &PictureReport) -> Vec<&claror::verify::PictureCheck> {
+/// The pixels that are told as the worst.
+pub(crate) fn worst_pixels(report: &PictureReport) -> Vec<&PictureCheck> {
     report.worst.iter().map(|index| &report.checks[*index]).collect()
 }
 
-/// See [`worst_pixels`].
-pub(crate) fn worst_lookups(report: &CacheReport) -> Vec<&claror::verify::CacheCheck> {
+/// The look-ups that are told as the worst.
+pub(crate) fn worst_lookups(report: &CacheReport) -> Vec<&CacheCheck> {
     report.worst.iter().map(|index| &report.checks[*index]).collect()
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 use claror::film::LAYER_NAMES;
 use claror::integrator::IrradianceCache;
 use claror::verify::{
-    CacheReport, Estimate, Interval, PictureReport, Share, Verdict, Verification,
+    CacheReport, Estimate, Interval, PictureCheck, PictureReport, Share, Verdict, Verification,
 };
 use serde_json::{Map, Value, json};
 
@@ -77,7 +77,7 @@ pub(crate) fn share_claim(found: &Verification) -> String {
         Verdict::Undecided => {
             let doubt = beyond.possibly - beyond.surely;
             let hint = if doubt > beyond.surely {
-                format!("{} of {} are in doubt, more --verify-paths would tell", doubt, beyond.of)
+                format!("{doubt} of {} are in doubt, more --verify-paths would tell", beyond.of)
             } else {
                 "more checks would tell".to_owned()
             };
@@ -102,7 +102,8 @@ pub(crate) fn lines(
     )];
     lines.push(line("mean", &bias_claim(found)));
     lines.extend(picture_lines(picture));
-    lines.insert(lines.len() - picture_worst(picture).len(), line("share", &share_claim(found)));
+    lines.push(line("share", &share_claim(found)));
+    lines.extend(picture_worst(picture));
     if let (Some(report), Some(cache)) = (&found.cache, cache) {
         lines.extend(cache_lines(report, cache));
     }
@@ -111,7 +112,7 @@ pub(crate) fn lines(
 
 fn picture_worst(picture: &PictureReport) -> Vec<String> {
     let shown = worst_pixels(picture).into_iter().take(WORST_SHOWN);
-    let place = |check: &claror::verify::PictureCheck| {
+    let place = |check: &PictureCheck| {
         let (x, y) = check.pixel;
         let (value, expected) = (f64::from(check.value.luminance()), check.expected());
         let sigmas = picture.sigmas(check);
@@ -141,7 +142,6 @@ fn picture_lines(picture: &PictureReport) -> Vec<String> {
             picture.rel_mse.margin(),
         ),
     ));
-    lines.extend(picture_worst(picture));
     lines
 }
 
