@@ -254,7 +254,8 @@ pub(crate) struct CheckpointArgs {
 #[command(next_help_heading = "Verification")]
 pub(crate) struct VerifyArgs {
     /// Measure how far the finished picture is off, by comparing N of its pixels with paths
-    /// [default without N: as many as fit in a tenth of the render's time, at least 256]
+    /// [default without N: as many as fit in a tenth of the render's time, for `claror verify` in
+    /// the same time again, at least 256]
     #[arg(
         long,
         value_name = "N",

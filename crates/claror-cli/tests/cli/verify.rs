@@ -84,6 +84,36 @@ fn the_picture_of_the_checks_is_written() {
     assert_eq!(folder.files(), ["checks.exr", "room.xml"]);
 }
 
+/// The checks so far are told, and the program says that it was interrupted.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_the_checks() {
+    use std::io::{BufRead, BufReader};
+    let folder = Folder::new();
+    let mut child = folder.start("verify room.xml --spp 1 --verify=10000000 --json");
+    let lines = BufReader::new(child.stdout.take().expect("piped")).lines();
+    let mut lines = lines.map(|line| line.expect("text"));
+    // The second progress event comes after some rounds.
+    let is_progress = |line: &String| line.contains("progress");
+    lines.by_ref().filter(is_progress).nth(1).expect("it goes on");
+    let status =
+        std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(status.expect("kill runs").success());
+    let last = lines.last().expect("a result");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let result: Value = serde_json::from_str(&last).expect("an object");
+    let checks = result["verification"]["checks"].as_u64().expect("a number");
+    assert!((250..10_000_000).contains(&checks), "{checks}");
+}
+
+#[test]
+fn debias_is_a_parameter_of_the_cache() {
+    let folder = Folder::new();
+    let run = folder.run("render room.xml -i irrcache -p integrator.debias=0.25 --spp 4 --json");
+    let result = run.expect(0).events().pop().expect("a result");
+    assert_eq!(result["parameters"]["integrator.debias"], "0.25");
+}
+
 /// Without a number the checks take a share of the render's time, at least one round.
 #[test]
 fn checks_follow_the_time() {
