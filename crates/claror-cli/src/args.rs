@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use claror::verify::{LEAST_CHECKS, MOST_CHECKS};
 
 use crate::units;
 
@@ -44,6 +45,9 @@ pub(crate) struct CommonArgs {
 pub(crate) enum Command {
     /// Render a scene to pictures
     Render(Box<RenderArgs>),
+    /// Render a scene and measure how far the picture is off, by paths
+    #[command(after_help = VERIFY_NOTES)]
+    Verify(Box<RenderArgs>),
     /// Show what was understood of a scene: counts, lights, memory, warnings
     Info(SceneArgs),
     /// Read and validate a scene without rendering it
@@ -113,6 +117,8 @@ pub(crate) struct RenderArgs {
     pub(crate) checkpoint: CheckpointArgs,
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
+    #[command(flatten)]
+    pub(crate) verify: VerifyArgs,
 }
 
 const RENDER_NOTES: &str = "\
@@ -127,6 +133,16 @@ Examples:
 
 Ctrl-C ends the tile, writes pictures and checkpoint and exits with 130; twice, it stops at once.
 `claror --help` lists the exit codes.";
+
+const VERIFY_NOTES: &str = "\
+Examples:
+  claror verify room.xml -i irrcache
+  claror verify room.xml -i irrcache --verify=4096 --strict --json
+  claror verify room.xml --checkpoint room.ckpt --resume --verify-picture checks.png
+
+Pixels of the picture are compared with paths whose random numbers are independent of it. The
+checks take as long as the render unless --verify=N says how many there are. Pictures are written
+only with -o. With a refuted claim the exit code is 6.";
 
 /// Where the picture goes.
 #[derive(Debug, Args)]
@@ -192,8 +208,8 @@ pub(crate) struct ChangeArgs {
     /// integrator.emitter_samples and integrator.bsdf_samples (of direct), integrator.criterion,
     /// integrator.error, integrator.noise, integrator.accuracy, integrator.gather_samples,
     /// integrator.min_pixel_spacing, integrator.max_pixel_spacing, integrator.bounces and
-    /// integrator.analytic_direct (of
-    /// irrcache), sampler.type, sampler.seed, sampler.sample_count,
+    /// integrator.analytic_direct, integrator.debias (of irrcache), sampler.type, sampler.seed,
+    /// sampler.sample_count,
     /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
     /// film.alpha, film.rfilter. `-v` shows their values.
     #[arg(
@@ -300,6 +316,42 @@ pub(crate) struct ExportFiles {
     /// Write a table, for spreadsheets and scripts: one line per record, numbers separated by commas
     #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
     pub(crate) csv: Option<PathBuf>,
+}
+
+/// How the finished picture is checked.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Verification")]
+pub(crate) struct VerifyArgs {
+    /// Measure how far the finished picture is off, by comparing N of its pixels with paths
+    /// [default without N: as many as fit in a tenth of the render's time, for `claror verify` in
+    /// the same time again, at least 256]
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        require_equals = true,
+        value_parser = clap::value_parser!(u32)
+            .range(i64::from(LEAST_CHECKS)..=i64::from(MOST_CHECKS))
+    )]
+    pub(crate) verify: Option<Option<u32>>,
+    /// Paths per pixel that is checked [default: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1_048_576))]
+    pub(crate) verify_paths: Option<u32>,
+    /// Claim: the mean of the picture is off by no more than this share of it [default: 0.003]
+    #[arg(long, value_name = "SHARE", value_parser = units::parse_share)]
+    pub(crate) verify_bias: Option<f64>,
+    /// Relative error from which a pixel counts as off [default: 0.05]
+    #[arg(long, value_name = "ERROR", value_parser = units::parse_share)]
+    pub(crate) verify_tolerance: Option<f64>,
+    /// Claim: no more than this share of the pixels is off by more than that [default: 0.05]
+    #[arg(long, value_name = "SHARE", value_parser = units::parse_share)]
+    pub(crate) verify_share: Option<f64>,
+    /// Write the picture in grey with the checks as dots: red too bright, blue too dark
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) verify_picture: Option<PathBuf>,
+    /// Exit with 6 also if a claim is neither confirmed nor refuted
+    #[arg(long)]
+    pub(crate) strict: bool,
 }
 
 #[derive(Debug, Args)]
@@ -445,6 +497,9 @@ mod tests {
             &["--size", "0x10"],
             &["--threads", "0"],
             &["--resume"],
+            &["--verify=15"],
+            &["--verify=many"],
+            &["--verify-share", "1.5"],
             &["--every", "5s"],
             &["--cache-mode", "read"],
             &["--cache", "a.cache", "--cache-mode", "append"],

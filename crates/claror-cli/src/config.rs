@@ -8,7 +8,9 @@ use claror::render::RenderSettings;
 use claror::scene::SceneTables;
 use claror_io::image::Format;
 
-use crate::args::{self, CacheArgs, CacheMode, ChangeArgs, RenderArgs, SceneArgs};
+use claror::verify::{Budget, VerifySettings};
+
+use crate::args::{self, CacheArgs, CacheMode, ChangeArgs, RenderArgs, SceneArgs, VerifyArgs};
 use crate::exit::Failure;
 use crate::output::{self, Destination, Output};
 use crate::parameters::{self, Target};
@@ -25,6 +27,84 @@ pub(crate) struct RenderConfig {
     pub(crate) changes: ChangeArgs,
     pub(crate) checkpoint: Option<Checkpoint>,
     pub(crate) cache: Option<Cache>,
+    pub(crate) verify: Option<VerifyConfig>,
+}
+
+/// What is to be done with a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// Make pictures.
+    Render,
+    /// Make a picture in order to check it.
+    Verify,
+}
+
+/// How the finished picture is checked.
+#[derive(Debug)]
+pub(crate) struct VerifyConfig {
+    /// Checks; none for a share of the render's time.
+    checks: Option<u32>,
+    share_of_time: f64,
+    /// All but the budget.
+    settings: VerifySettings,
+    pub(crate) strict: bool,
+    pub(crate) picture: Option<(PathBuf, Format)>,
+}
+
+impl VerifyConfig {
+    /// Time for the checks in units of the render's.
+    const RENDER_SHARE: f64 = 0.1;
+    const VERIFY_SHARE: f64 = 1.0;
+
+    fn new(args: &VerifyArgs, task: Task) -> Result<Option<Self>, Failure> {
+        if task == Task::Render && args.verify.is_none() {
+            let lonely = [
+                ("--verify-paths", args.verify_paths.is_some()),
+                ("--verify-bias", args.verify_bias.is_some()),
+                ("--verify-tolerance", args.verify_tolerance.is_some()),
+                ("--verify-share", args.verify_share.is_some()),
+                ("--verify-picture", args.verify_picture.is_some()),
+                ("--strict", args.strict),
+            ];
+            return match lonely.iter().find(|(_, given)| *given) {
+                Some((name, _)) => Err(Failure::usage(format!("{name} needs --verify"))),
+                None => Ok(None),
+            };
+        }
+        let picture = args.verify_picture.as_ref().map(|path| {
+            let output = Output::new(path, Format::Png)?;
+            match output.destination {
+                Destination::File(path) => Ok((path, output.format)),
+                Destination::Stdout => Err(Failure::usage("--verify-picture takes a file")),
+            }
+        });
+        let default = VerifySettings::default();
+        Ok(Some(Self {
+            checks: args.verify.flatten(),
+            share_of_time: match task {
+                Task::Render => Self::RENDER_SHARE,
+                Task::Verify => Self::VERIFY_SHARE,
+            },
+            settings: VerifySettings {
+                paths: args.verify_paths.unwrap_or(default.paths),
+                tolerance: args.verify_tolerance.unwrap_or(default.tolerance),
+                max_bias: args.verify_bias.unwrap_or(default.max_bias),
+                max_share: args.verify_share.unwrap_or(default.max_share),
+                ..default
+            },
+            strict: args.strict,
+            picture: picture.transpose()?,
+        }))
+    }
+
+    /// For a picture that took `rendered` to render.
+    pub(crate) fn settings(&self, rendered: Duration) -> VerifySettings {
+        let budget = match self.checks {
+            Some(checks) => Budget::Checks(checks),
+            None => Budget::Time(rendered.mul_f64(self.share_of_time)),
+        };
+        VerifySettings { budget, ..self.settings }
+    }
 }
 
 /// Where and how often the state is kept.
@@ -44,8 +124,9 @@ pub(crate) struct Cache {
 
 impl RenderConfig {
     /// Of the options; fails before any work if the results could not be written.
-    pub(crate) fn new(args: RenderArgs, json: bool) -> Result<Self, Failure> {
-        let outputs = outputs(&args, json)?;
+    pub(crate) fn new(args: RenderArgs, task: Task, json: bool) -> Result<Self, Failure> {
+        let outputs = outputs(&args, task, json)?;
+        let verify = VerifyConfig::new(&args.verify, task)?;
         let checkpoint = args.checkpoint.checkpoint.map(|file| Checkpoint {
             file,
             every: args.checkpoint.every,
@@ -61,6 +142,7 @@ impl RenderConfig {
             })
             .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
             .chain(written_cache.map(|cache| cache.file.as_path()))
+            .chain(verify.iter().filter_map(|v| Some(v.picture.as_ref()?.0.as_path())))
             .collect();
         output::check_writable(&files)?;
         Ok(Self {
@@ -78,6 +160,7 @@ impl RenderConfig {
             changes: args.change,
             checkpoint,
             cache,
+            verify,
         })
     }
 
@@ -124,9 +207,12 @@ fn cache(args: CacheArgs) -> Result<Option<Cache>, Failure> {
     Ok(Some(Cache { file, mode }))
 }
 
-fn outputs(args: &RenderArgs, json: bool) -> Result<Vec<Output>, Failure> {
+fn outputs(args: &RenderArgs, task: Task, json: bool) -> Result<Vec<Output>, Failure> {
     if args.output.outputs.is_empty() {
-        return Output::defaults(&args.scene.scene);
+        return match task {
+            Task::Render => Output::defaults(&args.scene.scene),
+            Task::Verify => Ok(Vec::new()),
+        };
     }
     let format = match args.output.format {
         args::Format::Exr => Format::Exr,

@@ -25,6 +25,7 @@ use clap::Parser;
 use clap::error::ErrorKind;
 
 use args::{Cli, Command};
+use config::Task;
 use exit::{Exit, Failure};
 use messages::{Console, Verbosity};
 
@@ -53,7 +54,8 @@ fn start(arguments: &[OsString]) -> Exit {
 
 fn dispatch(command: Command, console: &mut Console) -> Result<Exit, Failure> {
     match command {
-        Command::Render(args) => return run::render::run(*args, console),
+        Command::Render(args) => return run::render::run(*args, Task::Render, console),
+        Command::Verify(args) => return run::render::run(*args, Task::Verify, console),
         Command::Info(args) => return run::info::run(&args, console),
         Command::Check(args) => return run::check::run(&args, console),
         Command::Compare(args) => return run::compare::run(&args, console),

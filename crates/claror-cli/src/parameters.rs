@@ -132,6 +132,14 @@ const PARAMETERS: &[Parameter] = &[
         set: |target, value| assign(&mut cache_mut(target)?.analytic_direct, boolean(value)?),
     },
     Parameter {
+        name: "integrator.debias",
+        get: |integrator, _| cache(integrator).map(|c| c.debias.to_string()),
+        set: |target, value| match number(value)? {
+            share if (0.0..=1.0).contains(&share) => assign(&mut cache_mut(target)?.debias, share),
+            _ => Err("expected a share of the look-ups, 0 to 1".to_owned()),
+        },
+    },
+    Parameter {
         name: "sampler.type",
         get: |_, sensor| Some(sampler_name(sensor.sampler.kind).to_owned()),
         set: |target, value| set_sampler(target.sensor, value),

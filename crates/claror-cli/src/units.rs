@@ -76,6 +76,14 @@ pub(crate) fn parse_positive(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A share above 0 and up to 1.
+pub(crate) fn parse_share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a share above 0 and up to 1, such as `0.05`".to_owned()),
+    }
+}
+
 /// A finite number.
 pub(crate) fn parse_finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {

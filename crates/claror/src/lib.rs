@@ -6,7 +6,7 @@
 //! The modules stand in the order in which data flows, and each uses only those above it:
 //! [`math`], [`spectrum`] → [`image`], [`texture`] → [`shape`], [`bsdf`], [`emitter`],
 //! [`sensor`] → [`accel`] → [`scene`] → [`sampler`], [`film`], [`irradiance`] → [`integrator`] →
-//! [`render`]; [`bytes`] is beside them.
+//! [`render`] → [`verify`]; [`bytes`] is beside them.
 //!
 //! Units: lengths are scene units (the scene file decides; metres by convention), radiance is
 //! W·m⁻²·sr⁻¹ per linear sRGB channel, irradiance W·m⁻², intensity W·sr⁻¹. Directions point
@@ -29,3 +29,4 @@ pub mod sensor;
 pub mod shape;
 pub mod spectrum;
 pub mod texture;
+pub mod verify;

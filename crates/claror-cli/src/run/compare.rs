@@ -90,7 +90,8 @@ fn difference(args: &CompareArgs, picture: &Image, reference: &Image, flip: &Fli
         .expect("pictures that were measured have the same size")
 }
 
-fn write(path: &Path, format: Format, image: &Image) -> Result<(), Failure> {
+/// Writes a picture, whole or not at all.
+pub(crate) fn write(path: &Path, format: Format, image: &Image) -> Result<(), Failure> {
     let fill = |w: &mut BufWriter<&File>| match format {
         Format::Exr => image::write_exr(w, &[Layer::new("", image)], &[]),
         Format::Png => image::write_png(w, image, 0.0, BitDepth::Eight),

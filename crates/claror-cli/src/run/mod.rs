@@ -10,3 +10,6 @@ mod load;
 mod observer;
 pub(crate) mod render;
 mod state_file;
+mod verify;
+mod verify_picture;
+mod verify_report;

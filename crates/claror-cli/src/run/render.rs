@@ -19,8 +19,9 @@ use super::cache_file::{self, CacheFile, CacheWriter};
 use super::load;
 use super::observer::Watch;
 use super::state_file;
+use super::verify::{self, Checking, Verified};
 use crate::args::{self, RenderArgs};
-use crate::config::{Checkpoint, RenderConfig};
+use crate::config::{Checkpoint, RenderConfig, Task};
 use crate::exit::{Exit, Failure};
 use crate::messages::{Console, Report};
 use crate::output::Content;
@@ -41,21 +42,27 @@ struct Job<'a> {
 }
 
 /// Renders a scene.
-pub(crate) fn run(args: RenderArgs, console: &mut Console) -> Result<Exit, Failure> {
-    let config = RenderConfig::new(args, console.json)?;
+pub(crate) fn run(args: RenderArgs, task: Task, console: &mut Console) -> Result<Exit, Failure> {
+    let config = RenderConfig::new(args, task, console.json)?;
     console.stdout_taken = config.takes_stdout();
     let console = &*console;
     let interrupts = Interrupts::listen();
     console.detail(&format!("claror {}", env!("CARGO_PKG_VERSION")));
     console.event(&json!({
         "event": "start",
-        "command": "render",
+        "command": match task {
+            Task::Render => "render",
+            Task::Verify => "verify",
+        },
         "version": env!("CARGO_PKG_VERSION"),
         "scene": config.scene.scene.to_string_lossy(),
     }));
     let pool = load::thread_pool(&config.scene)?;
     let mut loaded = load::load(&config.scene, console, &interrupts, &pool)?;
     let sensor = config.apply(&mut loaded.tables)?;
+    if config.verify.is_some() {
+        verify::check_possible(&loaded.tables)?;
+    }
     check_memory(&config, &loaded, sensor)?;
     let job = Job {
         settings: RenderSettings {
@@ -76,7 +83,7 @@ pub(crate) fn run(args: RenderArgs, console: &mut Console) -> Result<Exit, Failu
     let first = first_cache(&job)?;
     let scene = load::build(loaded.tables, &config.scene, console, &interrupts, &pool)?;
     let rendered = render(&job, &scene, resume, first)?;
-    finish(&job, &rendered)
+    finish(&job, &scene, &rendered)
 }
 
 fn check_memory(config: &RenderConfig, loaded: &LoadedScene, sensor: usize) -> Result<(), Failure> {
@@ -230,8 +237,8 @@ pub(crate) fn write_checkpoint(
         .map_err(|error| Failure::io("cannot write", &checkpoint.file, &error))
 }
 
-/// Writes checkpoint and pictures and tells what became of the render.
-fn finish(job: &Job, rendered: &Rendered) -> Result<Exit, Failure> {
+/// Writes checkpoint and pictures, checks them, and tells what became of the render.
+fn finish(job: &Job, scene: &Scene, rendered: &Rendered) -> Result<Exit, Failure> {
     let (output, elapsed) = (&rendered.output, rendered.elapsed);
     let content = Content {
         picture: &output.picture,
@@ -255,8 +262,37 @@ fn finish(job: &Job, rendered: &Rendered) -> Result<Exit, Failure> {
     if let Some(cache) = &output.cache {
         job.console.result(&cache_summary(&cache.statistics, rendered.read_records));
     }
-    job.console.event(&result_event(job, rendered));
-    Ok(if output.stop == StopReason::Cancelled { Exit::Interrupted } else { Exit::Success })
+    let verified = verified(job, scene, output, elapsed)?;
+    let mut event = result_event(job, rendered);
+    if let Some(verified) = &verified {
+        verified.show(job.console, output.cache.as_ref());
+        event["verification"] = verified.json(output.cache.as_ref());
+    }
+    job.console.event(&event);
+    let cut_short = job.config.verify.is_some() && job.interrupts.requested();
+    if output.stop == StopReason::Cancelled || cut_short {
+        return Ok(Exit::Interrupted);
+    }
+    if let (Some(verified), Some(config)) = (verified, &job.config.verify) {
+        verified.judge(config.strict)?;
+    }
+    Ok(Exit::Success)
+}
+
+/// Checks the picture, if that was asked for and the picture is complete.
+fn verified(
+    job: &Job,
+    scene: &Scene,
+    output: &RenderOutput,
+    elapsed: Duration,
+) -> Result<Option<Verified>, Failure> {
+    let Some(config) = &job.config.verify else { return Ok(None) };
+    if output.stop == StopReason::Cancelled {
+        return Ok(None);
+    }
+    let (console, interrupts, pool) = (job.console, job.interrupts, job.pool);
+    let checking = Checking { config, console, interrupts, pool, sensor: job.sensor };
+    verify::run(&checking, scene, output, elapsed)
 }
 
 /// A cache that could not be written when it was ready gets a second chance.

@@ -25,6 +25,15 @@ const CASES: &[(&str, i32, &str)] = &[
     ("render room.xml -p integrator.maxdepth=3", 2, "did you mean \"integrator.max_depth\"?"),
     ("render room.xml -p integrator.max_depth=deep", 2, "integrator.max_depth"),
     ("render room.xml -p integrator.emitter_samples=3", 2, "-i direct"),
+    ("render room.xml --strict", 2, "--strict needs --verify"),
+    ("render room.xml --verify-picture a.png", 2, "--verify-picture needs --verify"),
+    ("render room.xml --verify=3", 2, "16"),
+    ("verify room.xml --verify-share 2", 2, "a share above 0 and up to 1"),
+    ("verify room.xml --verify-picture a.jpeg", 2, "the endings are .exr, .png, .hdr and .pfm"),
+    ("verify room.xml -o a.png --verify-picture ./a.png", 2, "written twice"),
+    ("verify room.xml -i depth", 2, "computes no light"),
+    ("render room.xml -i irrcache -p integrator.debias=1.5", 2, "0 to 1"),
+    ("render room.xml -p integrator.debias=0.5", 2, "integrator.debias"),
     ("compare a.exr b.exr --fail-above rmse=1", 2, "mse, relmse"),
     ("completions tcl", 2, "bash"),
     ("render room.xml --cache a.cache", 2, "-i irrcache"),
@@ -101,7 +110,7 @@ fn help_and_version_succeed() {
     assert_eq!(help.stderr, "");
     let version = folder.run("--version").expect(0);
     assert_eq!(version.stdout, format!("claror {}\n", env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "check", "compare", "cache", "completions", "man"] {
+    for command in ["render", "verify", "info", "check", "compare", "cache", "completions", "man"] {
         assert!(help.stdout.contains(command));
         folder.run(&format!("{command} --help")).expect(0);
     }
@@ -111,7 +120,14 @@ fn help_and_version_succeed() {
 fn documents_are_made_from_the_options() {
     let folder = Folder::new();
     let man = folder.run("man").expect(0).stdout;
-    for part in [".TH claror 1", "CLAROR RENDER", "EXIT STATUS", "checkpoint", "CLAROR_THREADS"] {
+    for part in [
+        ".TH claror 1",
+        "CLAROR RENDER",
+        "CLAROR VERIFY",
+        "EXIT STATUS",
+        "checkpoint",
+        "CLAROR_THREADS",
+    ] {
         assert!(man.contains(part), "{part} is missing");
     }
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {

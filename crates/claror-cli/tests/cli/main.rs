@@ -8,3 +8,4 @@ mod compare;
 mod exit_codes;
 mod json;
 mod render;
+mod verify;

@@ -318,6 +318,11 @@ fn integrators() -> Vec<Case> {
             "\"rr_depth\" = 0 must be at least 1",
         ),
         scene(
+            "more corrections than look-ups",
+            "<integrator type=\"irrcache\"><float name=\"debias\" value=\"1.5\"/></integrator>",
+            "\"debias\" = 1.5 must be between 0 and 1",
+        ),
+        scene(
             "misspelt depth",
             &path(&integer("max_dept", "3")),
             "\"path\" has no parameter \"max_dept\" (did you mean \"max_depth\"?)",

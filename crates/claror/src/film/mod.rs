@@ -10,7 +10,7 @@ mod tile;
 pub use filter::FilterSampler;
 pub use picture::{Layer, Picture};
 pub use pixel::PixelSums;
-pub use tile::{Film, NonFinite, TILE_SIZE, Tile};
+pub use tile::{Choice, Film, NonFinite, TILE_SIZE, Tile};
 
 /// Number of parts into which radiance is split (see [`crate::integrator`]).
 pub const LAYERS: usize = 4;

@@ -62,6 +62,18 @@ pub struct Tile {
     pub non_finite: NonFinite,
 }
 
+/// Which pixels take part in a round.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Choice {
+    /// All.
+    All,
+    /// Those that took part so far.
+    Active,
+    /// Of those the ones that seem to be off by more than this, relative to their value, or whose
+    /// neighbours are.
+    Needing(f32),
+}
+
 /// All tiles of a picture, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
@@ -137,21 +149,21 @@ impl Film {
         }
     }
 
-    /// Begins a round from `from` to `goal` samples. With a `tolerance`, pixels take part only if
-    /// they took part so far, and they or a neighbour seem to be off by more than that, relative
-    /// to their value. Whether any pixel takes part.
-    pub fn begin_round(&mut self, from: u32, goal: u32, tolerance: Option<f32>) -> bool {
-        let needs = tolerance.map(|tolerance| self.needs_more(tolerance));
+    /// Begins a round from `from` to `goal` samples. Whether any pixel takes part.
+    pub fn begin_round(&mut self, from: u32, goal: u32, choice: Choice) -> bool {
+        let needs = match choice {
+            Choice::Needing(tolerance) => Some(self.needs_more(tolerance)),
+            Choice::All | Choice::Active => None,
+        };
         let (crop, mut any) = (self.crop, false);
         for tile in &mut self.tiles {
             let w = tile.window;
             for (i, pixel) in tile.pixels.iter_mut().enumerate() {
                 let x = (w.x - crop.x + i as u32 % w.width) as usize;
                 let y = (w.y - crop.y + i as u32 / w.width) as usize;
-                let takes_part = needs
-                    .as_ref()
-                    .is_none_or(|needs| pixel.goal == from && needs[y * crop.width as usize + x]);
-                if takes_part {
+                let is_active = choice == Choice::All || pixel.goal == from;
+                let is_needed = || needs.as_ref().is_none_or(|n| n[y * crop.width as usize + x]);
+                if is_active && is_needed() {
                     pixel.goal = goal;
                     any = true;
                 }

@@ -23,7 +23,8 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    Bounces, CacheContents, CacheStatistics, IrrCacheSettings, IrradianceCache, IsCancelled,
+    Bounces, CacheContents, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
+    Probe, ProbeSettings,
 };
 
 use crate::math::Ray;

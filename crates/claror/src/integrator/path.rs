@@ -90,10 +90,24 @@ pub(super) fn record_walk(
     sampler: &mut Sampler,
     rays: &mut u64,
 ) -> (Rgb, Option<FirstHit>) {
+    record_walk_at(scene, settings, hash, 0, ray, sampler, rays)
+}
+
+/// [`record_walk`] from a surface in front of which the path has left `depth` others behind: they
+/// count for `max_depth`, and the walk takes the dimensions of the sampler after theirs.
+pub(super) fn record_walk_at(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    hash: Option<&IrradianceHash>,
+    depth: u32,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> (Rgb, Option<FirstHit>) {
     let mut walk = Walk::new(scene, settings);
     walk.stage = Stage::Later;
     walk.origin = Origin::Record;
-    walk.depth = 1;
+    walk.depth = depth + 1;
     walk.hash = hash;
     walk.run(*ray, sampler);
     *rays += walk.rays;

@@ -69,6 +69,7 @@ impl Fingerprint {
             bounces,
             // Nothing that records hold.
             analytic_direct: _,
+            debias: _,
         } = integrator.cache;
         let entries = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cache::Prepared;
 use super::tile::{TileRenderer, TileWork};
 use super::{Observer, Progress, RenderOutput, RenderSettings, RenderState, StopReason};
-use crate::film::Picture;
+use crate::film::{Choice, Picture};
 use crate::integrator::IntegratorKind;
 use crate::sampler::SamplerTable;
 use crate::scene::Scene;
@@ -22,14 +22,21 @@ const ADAPTIVE_FROM: u32 = 4;
 const TOLERANCE: f32 = 0.006;
 const TARGET_SHARE: f32 = 0.7;
 
-/// The number of samples per pixel at which the round ends that begins at `done`. The early
-/// rounds double, so that something can be seen soon.
+/// The number of samples per pixel at which the round ends that begins at `done`: the next of 1,
+/// 2, 4 … [`LONGEST_ROUND`], and its multiples from there on, so that something can be seen soon.
+/// Also where a render goes on that had another limit.
 fn round_end(done: u32, limit: Option<u32>) -> u32 {
-    let length = done.clamp(1, LONGEST_ROUND);
-    let end = done.saturating_add(length);
-    // Rounds end at multiples of their length also where a render is continued elsewhere.
-    let end = if done >= LONGEST_ROUND { end - end % LONGEST_ROUND } else { end };
+    let end = if done < LONGEST_ROUND {
+        (done + 1).next_power_of_two()
+    } else {
+        done.saturating_add(LONGEST_ROUND - done % LONGEST_ROUND)
+    };
     end.min(limit.unwrap_or(u32::MAX))
+}
+
+/// Whether a round ends there without a limit.
+fn is_round_end(spp: u32) -> bool {
+    if spp < LONGEST_ROUND { spp.is_power_of_two() } else { spp.is_multiple_of(LONGEST_ROUND) }
 }
 
 struct Round<'a> {
@@ -88,7 +95,10 @@ pub(super) fn run(
     let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
     let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
     let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
-    let adaptive = scene.tables.integrator.kind == IntegratorKind::IrradianceCache;
+    // Leaving pixels alone that look done by chance is a bias, which `debias` is to take away.
+    let integrator = &scene.tables.integrator;
+    let adaptive =
+        integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
     let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
     let samples = state.film.sample_counts().1;
     let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);
@@ -112,8 +122,13 @@ pub(super) fn run(
         }
         let end = round_end(spp, round.limit);
         if is_between_rounds {
-            let tolerance = (adaptive && spp >= ADAPTIVE_FROM).then_some(tolerance);
-            if !state.film.begin_round(spp, end, tolerance) {
+            let choice = match (adaptive && spp >= ADAPTIVE_FROM, is_round_end(spp)) {
+                (false, _) => Choice::All,
+                // A limit cut the round short: it is finished as it was begun.
+                (true, false) => Choice::Active,
+                (true, true) => Choice::Needing(tolerance),
+            };
+            if !state.film.begin_round(spp, end, choice) {
                 break StopReason::Error;
             }
         }
@@ -179,6 +194,9 @@ mod tests {
         }
         assert_eq!(ends, [0, 1, 2, 4, 8, 16, 32, 64, 96, 128, 150]);
         assert_eq!(round_end(40, None), 64);
-        assert_eq!(round_end(u32::MAX - 3, None), u32::MAX - 31);
+        assert_eq!(round_end(u32::MAX - 3, None), u32::MAX);
+        assert_eq!([round_end(5, None), round_end(97, Some(100))], [8, 100]);
+        assert!([1, 8, 32, 96].into_iter().all(is_round_end));
+        assert!(![0, 5, 48, 100].into_iter().any(is_round_end));
     }
 }

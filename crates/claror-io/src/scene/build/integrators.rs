@@ -78,6 +78,9 @@ impl<'a> Builder<'a> {
             max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
             bounces: properties.choice("bounces", &bounces),
             analytic_direct: properties.boolean("analytic_direct", default.analytic_direct),
+            debias: properties.float_that("debias", default.debias, "between 0 and 1", |v| {
+                (0.0..=1.0).contains(&v)
+            }),
         };
         IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..inner }
     }

@@ -154,6 +154,9 @@ fn integrators_keep_their_parameters() {
     assert_eq!(settings.kind, IntegratorKind::Path);
     assert_eq!((settings.max_depth, settings.rr_depth, settings.hide_emitters), (Some(3), 9, true));
     assert_eq!(scene("").tables.integrator.max_depth, None);
+    let debiased =
+        "<integrator type=\"irrcache\"><float name=\"debias\" value=\"0.25\"/></integrator>";
+    assert_eq!(scene(debiased).tables.integrator.cache.debias, 0.25);
     let direct =
         "<integrator type=\"direct\"><integer name=\"shading_samples\" value=\"2\"/></integrator>";
     let expected = IntegratorKind::Direct { emitter_samples: 2, bsdf_samples: 2 };

@@ -13,7 +13,7 @@ pub struct CacheContents {
     pub records: Vec<Record>,
     /// How they were made.
     pub statistics: CacheStatistics,
-    hash: Option<IrradianceHash>,
+    pub(super) hash: Option<IrradianceHash>,
 }
 
 /// Bytes of one [`Record`].

@@ -12,11 +12,14 @@
 //! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
 //! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
 //! | `analytic_direct` | | true | direct light of few lights by closed forms times sampled visibility: consistent, a little biased at few samples |
+//! | `debias` | 1 | 0 | share of look-ups that are corrected by a walk: above 0 the picture has the mean of path tracing |
 //!
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
 //! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
-//! by one ray, noisily. Bump and normal maps are not seen by the cache: it takes the smooth normal.
+//! by one ray, noisily. With `debias` p a look-up Ẽ becomes Ẽ + (X − Ẽ)/p with probability p, where
+//! X is one walk: any p above 0 takes the bias away for noise (p = 1 is X alone), and the picture
+//! gets all of its samples, since leaving pixels alone early is a bias too. Bump and normal maps are not seen by the cache: it takes the smooth normal.
 //!
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
@@ -25,6 +28,7 @@ mod file;
 mod gather;
 mod hash;
 mod prepass;
+mod probe;
 mod shade;
 mod signature;
 #[cfg(test)]
@@ -32,6 +36,7 @@ mod tests;
 
 pub use file::CacheContents;
 pub use prepass::{CacheStatistics, IsCancelled};
+pub use probe::{Cause, Probe, ProbeSettings};
 pub(super) use shade::cached;
 
 use crate::irradiance::{
@@ -84,6 +89,8 @@ pub struct IrrCacheSettings {
     pub bounces: Bounces,
     /// Take the noise of light sampling out of direct light where lights have closed forms.
     pub analytic_direct: bool,
+    /// Share of look-ups that are corrected by a random walk, 0 to 1.
+    pub debias: f32,
 }
 
 impl IrrCacheSettings {
@@ -111,6 +118,7 @@ impl Default for IrrCacheSettings {
             max_pixel_spacing: 160.0,
             bounces: Bounces::Hash,
             analytic_direct: true,
+            debias: 0.0,
         }
     }
 }

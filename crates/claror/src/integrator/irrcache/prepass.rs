@@ -12,11 +12,13 @@ use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
 use super::{Bounces, CacheContents, IrradianceCache, IrradianceHash};
 use crate::bsdf::BsdfAtHit;
+use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Index, LookupSettings, Query, Record, lookup};
-use crate::math::{Bounds3, Vec2, Vec3};
+use crate::math::{Bounds3, Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::{Camera, Sensor};
+use crate::spectrum::Rgb;
 
 /// Where in a pixel the prepass looks: not at the centre, which may lie exactly on an edge.
 const WITHIN_PIXEL: Vec2 = Vec2::new(0.63, 0.29);
@@ -88,6 +90,8 @@ impl IrradianceCache {
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
         let bounds = scene.accel.bounds();
+        let old_hash = first.hash.clone();
+        let (old_count, old_statistics) = (first.records.len(), first.statistics);
         let mut filling = Filling::new(&gatherer, bounds, first);
         let longest = crop.width.max(crop.height);
         let mut stride = (longest / COARSEST).max(1).next_power_of_two();
@@ -107,6 +111,10 @@ impl IrradianceCache {
         filling.statistics.walks += filled.walks;
         filling.statistics.rays += filled.rays;
         let (records, statistics) = filling.finish();
+        if old_count > 0 && records.len() == old_count {
+            // Nothing was missing: it stays as it was.
+            return Some(Self::new(records, old_statistics, &settings.cache, old_hash));
+        }
         Some(Self::new(records, statistics, &settings.cache, hash))
     }
 }
@@ -210,7 +218,7 @@ impl Eye<'_> {
     /// The first diffuse surface that a pixel sees, mirrors and glass followed.
     fn place(&self, x: u32, y: u32) -> Option<Place> {
         let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
-        let mut ray = self.camera.ray(film, Vec2::splat(0.5));
+        let ray = self.camera.ray(film, Vec2::splat(0.5));
         let beside = self.camera.ray(film + Vec2::X, Vec2::splat(0.5));
         let footprint = |way: f32| {
             let spread: Vec3 = beside.at(way) - ray.at(way);
@@ -219,26 +227,47 @@ impl Eye<'_> {
         // Rays of one pixel start apart with a lens or without perspective: the way counts from
         // where they start.
         let (at_start, at_one) = (footprint(0.0), footprint(1.0));
-        let mut way = 0.0;
         let key = u64::from(y) << 32 | u64::from(x);
         let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
-        let mut bsdf = BsdfAtHit::empty();
-        for _ in 0..MAX_CHAIN {
-            let si = self.scene.intersect(&ray)?;
-            way += si.t;
-            let tables = &self.scene.tables;
-            let shape = &tables.shapes.shapes[si.shape.0 as usize];
-            tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
-            if !bsdf.diffuse_albedo().is_black() {
-                let footprint = at_start + (at_one - at_start) * way;
-                return Some(Place { si, footprint, key });
-            }
-            if bsdf.is_diffuse() {
-                return None;
-            }
-            let sample = bsdf.sample(sampler.next_1d(), sampler.next_2d())?;
-            ray = si.spawn_ray(sample.wi);
-        }
-        None
+        let seen = first_diffuse(self.scene, ray, &mut sampler)?;
+        let footprint = at_start + (at_one - at_start) * seen.way;
+        Some(Place { si: seen.si, footprint, key })
     }
+}
+
+/// A diffuse surface at the end of a chain of others.
+pub(super) struct Seen {
+    pub(super) si: SurfaceInteraction,
+    /// Its diffuse albedo.
+    pub(super) albedo: Rgb,
+    /// What the chain leaves of its radiance.
+    pub(super) throughput: Rgb,
+    /// Length of the chain.
+    pub(super) way: f32,
+    /// Surfaces before it.
+    pub(super) depth: u32,
+}
+
+/// The first diffuse surface that a ray meets, mirrors and glass followed.
+pub(super) fn first_diffuse(scene: &Scene, mut ray: Ray, sampler: &mut Sampler) -> Option<Seen> {
+    let (mut way, mut throughput) = (0.0, Rgb::WHITE);
+    let mut bsdf = BsdfAtHit::empty();
+    for depth in 0..MAX_CHAIN {
+        let si = scene.intersect(&ray)?;
+        way += si.t;
+        let tables = &scene.tables;
+        let shape = &tables.shapes.shapes[si.shape.0 as usize];
+        tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
+        let albedo = bsdf.diffuse_albedo();
+        if !albedo.is_black() {
+            return Some(Seen { si, albedo, throughput, way, depth });
+        }
+        if bsdf.is_diffuse() {
+            return None;
+        }
+        let sample = bsdf.sample(sampler.next_1d(), sampler.next_2d())?;
+        throughput *= sample.weight;
+        ray = si.spawn_ray(sample.wi);
+    }
+    None
 }

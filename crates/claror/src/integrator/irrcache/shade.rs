@@ -8,7 +8,7 @@ use super::signature::Signature;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::integrator::light::{Origin, light_reference, past, power_heuristic, sample_light};
-use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk};
+use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk_at};
 use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
@@ -193,11 +193,30 @@ impl Chain<'_> {
         let n = lit_normal(si);
         let query = Query { p: si.p, n_smooth: n, n_shading: n };
         let irradiance = match self.cache.lookup(&query) {
-            Some(found) => found.irradiance,
+            Some(found) => self.debiased(found.irradiance, si, dimension, sampler),
             None => self.uncached(si, dimension, sampler),
         };
         let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;
         *self.layer(|r| &mut r.indirect) += indirect;
+    }
+
+    /// Cached irradiance whose expectation is that of paths: with a small probability the
+    /// difference to one walk is added, as many times as it is left out on average. The cache is
+    /// then only a control variate.
+    fn debiased(
+        &mut self,
+        cached: Rgb,
+        si: &SurfaceInteraction,
+        dimension: u32,
+        sampler: &mut Sampler,
+    ) -> Rgb {
+        let probability = self.settings.cache.debias;
+        sampler.set_dimension(dimension + 2);
+        if probability <= 0.0 || sampler.next_1d() >= probability {
+            return cached;
+        }
+        let walked = self.uncached(si, dimension, sampler);
+        cached + (walked - cached) * (1.0 / probability)
     }
 
     /// Irradiance by one cosine-distributed ray.
@@ -206,8 +225,8 @@ impl Chain<'_> {
         let local = cosine_hemisphere(sampler.next_2d());
         let ray = si.spawn_ray(Frame::from_normal(lit_normal(si)).to_world(local));
         let (scene, rays) = (self.scene, &mut self.rays);
-        let hash = self.cache.hash.as_ref();
-        record_walk(scene, self.settings, hash, &ray, sampler, rays).0 * PI
+        let hash = self.cache.hash.as_ref().filter(|_| self.settings.cache.debias <= 0.0);
+        record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays).0 * PI
     }
 
     /// Next-event estimation at a surface that is only diffuse.

@@ -95,8 +95,7 @@ impl IrradianceHash {
             }
             if relative_error(&sums) <= wanted || goal >= WALKS.1 {
                 let mut hash = walker.hash;
-                let mut means: Vec<_> =
-                    tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
+                let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
                 // As when it is read from a file.
                 means.sort_unstable_by_key(|(key, _)| *key);
                 hash.insert(&means, usize::MAX);

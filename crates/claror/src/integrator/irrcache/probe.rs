@@ -1,0 +1,178 @@
+//! A look-up beside what it stands for: irradiance by walks that know no cache.
+
+use super::IrradianceCache;
+use super::hash::lit_normal;
+use super::prepass::first_diffuse;
+use crate::integrator::IntegratorSettings;
+use crate::integrator::path::record_walk;
+use crate::irradiance::{Grid, Interpolated, Query, Record};
+use crate::math::{Frame, Ray, Vec3};
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::scene::Scene;
+use crate::spectrum::Rgb;
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// A look-up with less weight stands at the edge of what its records reach.
+const LITTLE_WEIGHT: f32 = 0.2;
+
+/// How exactly a probe looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ProbeSettings {
+    /// Independent batches of walks, at least 2.
+    pub batches: u32,
+    /// The walks of a batch start in the cells of an n × n grid over the hemisphere.
+    pub grid: u32,
+    /// Seed of the walks.
+    pub seed: u64,
+}
+
+impl ProbeSettings {
+    /// Walks per probe.
+    pub fn walks(&self) -> u32 {
+        self.batches * self.grid * self.grid
+    }
+}
+
+/// What the cache says at a point and what is true there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Probe {
+    /// Where, world space.
+    pub position: Vec3,
+    /// Radiance at the camera per irradiance.
+    pub weight: Rgb,
+    /// What the cache says; `None` where no record serves the point.
+    pub cached: Option<Interpolated>,
+    /// Irradiance by walks, W·m⁻².
+    pub expected: Rgb,
+    /// Squared standard error of the luminance of [`Probe::expected`].
+    pub variance: f64,
+}
+
+/// Why a look-up may be far off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cause {
+    /// All records that serve the point hardly reach it.
+    LittleWeight,
+    /// One record alone serves it.
+    OneRecord,
+    /// The nearest record lies in a crevice.
+    Crevice,
+    /// The nearest record would reach less far but for the least radius.
+    LeastRadius,
+    /// Nothing special: the light changes faster than the records assume.
+    Interpolation,
+}
+
+impl Cause {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LittleWeight => "at the edge of the records' reach",
+            Self::OneRecord => "one record only",
+            Self::Crevice => "near a crevice",
+            Self::LeastRadius => "records at the least radius",
+            Self::Interpolation => "interpolation",
+        }
+    }
+}
+
+impl IrradianceCache {
+    /// Compares the cache with walks at the first diffuse surface that a ray from the camera
+    /// meets. `None` where there is none, or where its indirect light is beyond `max_depth`.
+    /// `stream` names the walks' random numbers.
+    pub fn probe(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        chain: &mut Sampler,
+        settings: &ProbeSettings,
+        stream: u32,
+        rays: &mut u64,
+    ) -> Option<Probe> {
+        let integrator = &scene.tables.integrator;
+        let seen = first_diffuse(scene, *ray, chain)?;
+        if integrator.max_depth.is_some_and(|limit| seen.depth + 2 >= limit) {
+            return None;
+        }
+        let n = lit_normal(&seen.si);
+        let cached = self.lookup(&Query { p: seen.si.p, n_smooth: n, n_shading: n });
+        let samples = SamplerSettings {
+            kind: SamplerKind::Sobol,
+            sample_count: settings.grid * settings.grid,
+            seed: settings.seed,
+        };
+        let (mut mean, mut luminance, mut squares) = ([0.0; 3], 0.0, 0.0);
+        let frame = Frame::from_normal(n);
+        for batch in 0..settings.batches {
+            let spawn = |local: Vec3| seen.si.spawn_ray(frame.to_world(local));
+            let found = irradiance(
+                scene,
+                integrator,
+                settings.grid,
+                &samples,
+                (stream, batch),
+                spawn,
+                rays,
+            );
+            let count = f64::from(batch + 1);
+            for (mean, found) in mean.iter_mut().zip(found.to_array()) {
+                *mean += (f64::from(found) - *mean) / count;
+            }
+            // Welford's update.
+            let step = f64::from(found.luminance()) - luminance;
+            luminance += step / count;
+            squares += step * (f64::from(found.luminance()) - luminance);
+        }
+        let batches = f64::from(settings.batches);
+        Some(Probe {
+            position: seen.si.p,
+            weight: seen.throughput * seen.albedo * FRAC_1_PI,
+            cached,
+            expected: Rgb::from(mean.map(|m| m as f32)),
+            variance: squares / (batches * (batches - 1.0)),
+        })
+    }
+
+    /// What may be the reason where a probe shows a large error. Looks through all records.
+    pub fn cause(&self, probe: &Probe) -> Cause {
+        let Some(found) = probe.cached else { return Cause::Interpolation };
+        let distance = |record: &&Record| record.position.distance_squared(probe.position);
+        let nearest = self.records.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let has = |flag: u32| nearest.is_some_and(|record| record.flags & flag != 0);
+        if found.weight < LITTLE_WEIGHT {
+            Cause::LittleWeight
+        } else if found.records == 1 {
+            Cause::OneRecord
+        } else if has(Record::CREVICE) {
+            Cause::Crevice
+        } else if has(Record::RAISED) {
+            Cause::LeastRadius
+        } else {
+            Cause::Interpolation
+        }
+    }
+}
+
+/// One batch: irradiance by a walk from each cell of the grid.
+fn irradiance(
+    scene: &Scene,
+    integrator: &IntegratorSettings,
+    n: u32,
+    samples: &SamplerSettings,
+    stream: (u32, u32),
+    spawn: impl Fn(Vec3) -> Ray,
+    rays: &mut u64,
+) -> Rgb {
+    let grid = Grid::Concentric { n };
+    let mut sum = Rgb::BLACK;
+    for index in 0..n * n {
+        let mut sampler = Sampler::new(samples, stream, index);
+        let ray = spawn(grid.direction(index % n, index / n, sampler.next_2d()));
+        let radiance = record_walk(scene, integrator, None, &ray, &mut sampler, rays).0;
+        // What is not finite counts as black, as in records.
+        if radiance.is_finite() {
+            sum += radiance;
+        }
+    }
+    sum * (PI / (n * n) as f32)
+}
