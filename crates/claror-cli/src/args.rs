@@ -207,7 +207,7 @@ pub(crate) struct ChangeArgs {
     /// integrator.rr_depth, integrator.early_roulette, integrator.hide_emitters,
     /// integrator.emitter_samples and integrator.bsdf_samples (of direct), integrator.criterion,
     /// integrator.error, integrator.noise, integrator.accuracy, integrator.gather_samples,
-    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing, integrator.bounces and
+    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing, integrator.bounces, integrator.sky,
     /// integrator.analytic_direct, integrator.debias (of irrcache), sampler.type, sampler.seed,
     /// sampler.sample_count,
     /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),

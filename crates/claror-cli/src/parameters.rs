@@ -4,6 +4,7 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
+use claror::emitter::Sky;
 use claror::film::{CropWindow, FilterKind};
 use claror::integrator::{Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings};
 use claror::irradiance::Criterion;
@@ -124,6 +125,14 @@ const PARAMETERS: &[Parameter] = &[
         set: |target, value| {
             let known = Bounces::ALL.map(|b| (b.name(), b));
             assign(&mut cache_mut(target)?.bounces, one_of(value, &known)?)
+        },
+    },
+    Parameter {
+        name: "integrator.sky",
+        get: |integrator, _| cache(integrator).map(|c| c.sky.name().to_owned()),
+        set: |target, value| {
+            let known = Sky::ALL.map(|s| (s.name(), s));
+            assign(&mut cache_mut(target)?.sky, one_of(value, &known)?)
         },
     },
     Parameter {

@@ -49,7 +49,7 @@ fn bench(count: usize) {
 /// Of the irradiance from one light sample at a random place on the floor.
 fn relative_variance(tables: &SceneTables, lights: &LightSampler, rng: &mut TestRng) -> f64 {
     let p = Vec3::new(rng.next_f32() * HALL, rng.next_f32() * HALL, 0.0);
-    let reference = LightReference { p, n: Some(Vec3::Z) };
+    let reference = LightReference { p, n: Some(Vec3::Z), without_sky: false };
     let mut moments = Moments::default();
     for _ in 0..SAMPLES_PER_RECEIVER {
         let u_select = rng.next_f32();

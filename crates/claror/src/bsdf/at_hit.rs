@@ -258,6 +258,17 @@ impl<'a> BsdfAtHit<'a> {
         matches!(self.0, Lobes::Diffuse(_))
     }
 
+    /// Leaves only what does not count as diffuse (see [`BsdfAtHit::diffuse_albedo`]): the values
+    /// are then what they were without their diffuse part, and directions are chosen for these
+    /// alone.
+    pub fn remove_diffuse(&mut self) {
+        match &mut self.0 {
+            Lobes::Diffuse(side) => side.is_lit = false,
+            Lobes::One(only) => only.lobe.remove_diffuse(),
+            Lobes::Many(many) => many.lobes.iter_mut().for_each(|l| l.lobe.remove_diffuse()),
+        }
+    }
+
     /// The lobes of anything but a [`DiffuseSide`].
     fn lobes(&self) -> &[WeightedLobe<'a>] {
         match &self.0 {

@@ -149,6 +149,23 @@ impl Lobe<'_> {
         }
     }
 
+    /// Leaves what [`Lobe::diffuse_albedo`] does not count. A lobe that is nothing but diffuse
+    /// becomes black.
+    pub(super) fn remove_diffuse(&mut self) {
+        match self {
+            Self::Diffuse(lobe) => lobe.reflectance = Rgb::BLACK,
+            Self::Plastic(lobe) => {
+                lobe.base = Rgb::BLACK;
+                lobe.constants.specular_sampling_weight = 1.0;
+            }
+            Self::RoughPlastic(lobe) => {
+                lobe.base = Rgb::BLACK;
+                lobe.specular_sampling_weight = 1.0;
+            }
+            _ => {}
+        }
+    }
+
     /// Mitsuba's `eval_diffuse_reflectance`, what its `albedo` layer shows.
     pub(super) fn albedo(&self, wo: Vec3) -> Rgb {
         match self {

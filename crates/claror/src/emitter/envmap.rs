@@ -24,7 +24,13 @@ pub(super) struct Envmap {
     rows: usize,
     /// Mean radiance over the sphere.
     pub(super) mean: Rgb,
+    /// Share of its light that comes from where it is more than [`BRIGHT`] times as bright as on
+    /// average.
+    pub(super) bright_share: f32,
 }
+
+/// What counts as bright: a sun is a thousand times as bright as the sky, a cloud ten times.
+const BRIGHT: f32 = 20.0;
 
 impl Envmap {
     /// `None` when the picture is empty or not finite.
@@ -49,6 +55,7 @@ impl Envmap {
             width,
             rows,
             mean: mean(image, rows) * scale,
+            bright_share: bright_share(image, rows),
         })
     }
 
@@ -137,6 +144,23 @@ fn mean(image: &Image, rows: usize) -> Rgb {
         weight += sin * image.width as f64;
     }
     Rgb::from(sum.map(|s| (s / weight) as f32))
+}
+
+/// Share of the light that comes from where it is brighter than [`BRIGHT`] times the mean.
+fn bright_share(image: &Image, rows: usize) -> f32 {
+    let limit = BRIGHT * mean(image, rows).luminance();
+    let (mut all, mut bright) = (0.0_f64, 0.0_f64);
+    for row in 0..=rows {
+        let sin = f64::from((PI * row as f32 / rows as f32).sin().max(1e-6));
+        for x in 0..image.width {
+            let luminance = pixel(image, x, row.min(image.height - 1)).luminance();
+            all += sin * f64::from(luminance);
+            if luminance > limit {
+                bright += sin * f64::from(luminance);
+            }
+        }
+    }
+    if all > 0.0 { (bright / all) as f32 } else { 0.0 }
 }
 
 fn pixel(image: &Image, x: usize, y: usize) -> Rgb {

@@ -6,7 +6,7 @@
 
 use super::envmap::Envmap;
 use super::guide::{EnvironmentGuide, GuidedDirections};
-use super::{Emitter, LightError, LightReference, LightSample};
+use super::{Emitter, LightError, LightReference, LightSample, Sky};
 use crate::math::distribution::Cumulative;
 use crate::math::warp::{
     UNIFORM_SPHERE_PDF, around, cosine_hemisphere, cosine_hemisphere_pdf, uniform_cone,
@@ -16,13 +16,14 @@ use crate::math::{Vec2, Vec3};
 use crate::scene::SceneTables;
 use crate::spectrum::Rgb;
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 #[derive(Debug, Clone)]
 enum Infinite {
     Constant {
         radiance: Rgb,
     },
-    Envmap(Box<Envmap>),
+    Envmap(Arc<Envmap>),
     Sun {
         towards: Vec3,
         /// One minus the cosine of the half angle, which would round to 1.
@@ -43,8 +44,12 @@ pub(super) struct InfiniteLights {
     /// Estimate of the irradiance that all of them can make, mean of the channels.
     pub(super) irradiance: f32,
     /// Where the sky is seen from, if that was learned.
-    guide: Option<Box<EnvironmentGuide>>,
+    guide: Option<Arc<EnvironmentGuide>>,
 }
+
+/// Largest share of an environment map's light that may come from its bright parts for it to count
+/// as smooth.
+const MAX_BRIGHT_SHARE: f32 = 0.1;
 
 /// Share of the guide, where there is one, in sampling a light that fills the sky. The rest keeps
 /// the small bright parts of environment maps, which the guide's coarse cells blur.
@@ -62,7 +67,7 @@ impl Infinite {
                 let picture = &tables.textures.images[image.0 as usize];
                 let envmap = Envmap::new(image, picture, scale, to_world)
                     .ok_or(LightError::EnvironmentMap { emitter: index })?;
-                Self::Envmap(Box::new(envmap))
+                Self::Envmap(Arc::new(envmap))
             }
             Emitter::SunDisc { direction, half_angle, radiance } => {
                 let half = (0.5 * half_angle).sin();
@@ -79,6 +84,16 @@ impl Infinite {
     /// Whether light comes from all around, rather than from a point or a small disc.
     fn fills_sky(&self) -> bool {
         matches!(self, Self::Constant { .. } | Self::Envmap(_))
+    }
+
+    /// Whether it fills the sky without small bright parts, whose shadows would be too sharp for an
+    /// irradiance cache.
+    fn is_smooth_sky(&self) -> bool {
+        match self {
+            Self::Constant { .. } => true,
+            Self::Envmap(map) => map.bright_share < MAX_BRIGHT_SHARE,
+            Self::Sun { .. } | Self::Directional { .. } => false,
+        }
     }
 
     /// Estimate of the irradiance on a surface that looks towards it, mean of the channels.
@@ -156,10 +171,26 @@ impl InfiniteLights {
         for (i, emitter) in tables.emitters.emitters.iter().enumerate() {
             lights.extend(Infinite::new(emitter, i, tables)?);
         }
+        Ok(Self::from_lights(lights))
+    }
+
+    fn from_lights(lights: Vec<Infinite>) -> Self {
         let weights: Vec<f32> = lights.iter().map(Infinite::irradiance).collect();
         // Black ones are never chosen.
         let choice = Cumulative::new(&weights).unwrap_or_default();
-        Ok(Self { irradiance: weights.iter().sum(), choice, lights, guide: None })
+        Self { irradiance: weights.iter().sum(), choice, lights, guide: None }
+    }
+
+    /// Those that an irradiance cache holds, and the others.
+    pub(super) fn split(&self, sky: Sky) -> [Self; 2] {
+        let is_cached = |light: &&Infinite| match sky {
+            Sky::Direct => false,
+            Sky::Auto => light.is_smooth_sky(),
+            Sky::Cached => light.fills_sky(),
+        };
+        let cached: Vec<Infinite> = self.lights.iter().filter(is_cached).cloned().collect();
+        let others = self.lights.iter().filter(|light| !is_cached(light)).cloned().collect();
+        [cached, others].map(Self::from_lights)
     }
 
     /// Whether rays that leave the scene may see something.
@@ -177,8 +208,8 @@ impl InfiniteLights {
     }
 
     /// Samples the lights that fill the sky by what was learned about their visibility.
-    pub(super) fn set_guide(&mut self, guide: Option<EnvironmentGuide>) {
-        self.guide = guide.map(Box::new);
+    pub(super) fn set_guide(&mut self, guide: Option<Arc<EnvironmentGuide>>) {
+        self.guide = guide;
     }
 
     /// Whether a guide was learned.
@@ -187,7 +218,7 @@ impl InfiniteLights {
     }
 
     /// What the guide knows about the reference.
-    fn guide_at(&self, at: &LightReference) -> Option<GuidedDirections<'_>> {
+    pub(super) fn guide_at(&self, at: &LightReference) -> Option<GuidedDirections<'_>> {
         self.guide.as_deref()?.at(at.p, at.n?)
     }
 

@@ -18,7 +18,7 @@ mod tests;
 mod tree;
 mod unoccluded;
 
-pub use sampler::{LightError, LightReference, LightSample, LightSampler};
+pub use sampler::{LightError, LightReference, LightSample, LightSampler, Sky};
 
 use crate::math::{Transform, Vec3};
 use crate::shape::ShapeId;

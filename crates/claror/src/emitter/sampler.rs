@@ -2,14 +2,16 @@
 
 use super::Emitter;
 use super::flatten::FlatLights;
-use super::guide::EnvironmentGuide;
+use super::guide::{EnvironmentGuide, GuidedDirections};
 use super::infinite::InfiniteLights;
 use super::light::{AlignedLight, Light};
 use super::tree::{LightTree, Receiver, Shares};
+use crate::integrator::IntegratorKind;
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::SceneTables;
 use crate::spectrum::Rgb;
+use std::sync::Arc;
 
 /// Where light is asked for.
 ///
@@ -23,6 +25,35 @@ pub struct LightReference {
     /// transmit, the shading normal turned to the viewer's side. Lights below its horizon are
     /// then never chosen. `None` where light may come from both sides.
     pub n: Option<Vec3>,
+    /// Leaves out the sky that an irradiance cache holds.
+    pub without_sky: bool,
+}
+
+/// Whether an irradiance cache holds the light that comes directly from the sky to diffuse
+/// surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sky {
+    /// If it has no small bright parts.
+    #[default]
+    Auto,
+    /// No: it is sampled as all other light sources are.
+    Direct,
+    /// Yes, whatever it looks like.
+    Cached,
+}
+
+impl Sky {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Direct, Self::Cached];
+
+    /// As scene files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Direct => "direct",
+            Self::Cached => "cached",
+        }
+    }
 }
 
 /// A direction towards a light.
@@ -82,6 +113,9 @@ pub struct LightSampler {
     pub(super) flat: FlatLights,
     tree: LightTree,
     infinite: InfiniteLights,
+    /// Those of them that an irradiance cache holds, and the others.
+    cached_sky: InfiniteLights,
+    beside_sky: InfiniteLights,
 }
 
 impl LightSampler {
@@ -95,7 +129,11 @@ impl LightSampler {
             .collect();
         let mut tree = LightTree::build(&leaves);
         flat.reorder(&tree.renumber());
-        Ok(Self { flat, tree, infinite: InfiniteLights::new(tables)? })
+        let infinite = InfiniteLights::new(tables)?;
+        let has_cache = tables.integrator.kind == IntegratorKind::IrradianceCache;
+        let sky = if has_cache { tables.integrator.cache.sky } else { Sky::Direct };
+        let [cached_sky, beside_sky] = infinite.split(sky);
+        Ok(Self { flat, tree, infinite, cached_sky, beside_sky })
     }
 
     /// Whether some light fills the sky, so that it is worth learning where it is seen from.
@@ -105,6 +143,8 @@ impl LightSampler {
 
     /// From now on the sky is sampled where it is seen (`None`: everywhere).
     pub fn set_guide(&mut self, guide: Option<EnvironmentGuide>) {
+        let guide = guide.map(Arc::new);
+        self.beside_sky.set_guide(guide.clone());
         self.infinite.set_guide(guide);
     }
 
@@ -141,7 +181,8 @@ impl LightSampler {
         u: Vec2,
     ) -> Option<LightSample> {
         let at = Receiver { p: reference.p, n: reference.n };
-        if self.infinite.irradiance == 0.0 {
+        let infinite = self.infinite(reference);
+        if infinite.irradiance == 0.0 {
             let (light, probability) = match self.tree.only() {
                 Some(light) => (light, 1.0),
                 None => self.tree.sample(&at, with_more_bits(u_select, u))?,
@@ -154,9 +195,9 @@ impl LightSampler {
             );
         }
         let root = self.tree.at_root(&at);
-        let share = self.infinite_share(root.as_ref());
+        let share = infinite_share(infinite, root.as_ref());
         if u_select < share {
-            let sample = self.infinite.sample(tables, reference, u_select / share, u)?;
+            let sample = infinite.sample(tables, reference, u_select / share, u)?;
             return Some(LightSample { pdf: sample.pdf * share, ..sample });
         }
         let u_tree = with_more_bits((u_select - share) / (1.0 - share), u);
@@ -186,7 +227,7 @@ impl LightSampler {
         if probability == 0.0 {
             return 0.0;
         }
-        let share = self.infinite_share_at(&at);
+        let share = self.infinite_share_at(self.infinite(reference), &at);
         light.area.pdf(reference.p, wi, hit.p, hit.ng) * probability * (1.0 - share)
     }
 
@@ -200,8 +241,9 @@ impl LightSampler {
         wi: Vec3,
     ) -> f32 {
         let at = Receiver { p: reference.p, n: reference.n };
-        let share = self.infinite_share_at(&at);
-        if share == 0.0 { 0.0 } else { share * self.infinite.pdf(reference, wi) }
+        let infinite = self.infinite(reference);
+        let share = self.infinite_share_at(infinite, &at);
+        if share == 0.0 { 0.0 } else { share * infinite.pdf(reference, wi) }
     }
 
     /// Radiance of all infinitely far lights but parallel ones from where the unit vector
@@ -225,24 +267,46 @@ impl LightSampler {
 
     /// Probability of choosing an infinitely far light.
     #[inline]
-    fn infinite_share_at(&self, at: &Receiver) -> f32 {
-        if self.infinite.irradiance == 0.0 {
+    fn infinite_share_at(&self, infinite: &InfiniteLights, at: &Receiver) -> f32 {
+        if infinite.irradiance == 0.0 {
             return 0.0;
         }
-        self.infinite_share(self.tree.at_root(at).as_ref())
+        infinite_share(infinite, self.tree.at_root(at).as_ref())
     }
 
-    /// The same, where there are such lights: their share of the irradiance to be expected. `near`
-    /// is what the root of the tree says of all others.
+    /// The infinitely far lights that matter to the reference.
     #[inline]
-    fn infinite_share(&self, near: Option<&Shares>) -> f32 {
-        let far = self.infinite.irradiance;
-        let near = near.map_or(0.0, |shares| shares.sum() as f32);
-        if near == 0.0 {
-            return 1.0;
-        }
-        (far / (far + near)).clamp(INFINITE_SHARE.0, INFINITE_SHARE.1)
+    fn infinite(&self, reference: &LightReference) -> &InfiniteLights {
+        if reference.without_sky { &self.beside_sky } else { &self.infinite }
     }
+
+    /// Whether an irradiance cache holds some of the sky.
+    pub fn has_cached_sky(&self) -> bool {
+        self.cached_sky.is_visible()
+    }
+
+    /// Radiance from where the unit vector `direction` points to, of the sky that an irradiance
+    /// cache holds.
+    pub fn cached_sky_radiance(&self, tables: &SceneTables, direction: Vec3) -> Rgb {
+        self.cached_sky.radiance(tables, direction)
+    }
+
+    /// What was learned about where the sky is seen from the reference, if anything was.
+    pub fn sky_directions(&self, reference: &LightReference) -> Option<GuidedDirections<'_>> {
+        self.infinite.guide_at(reference)
+    }
+}
+
+/// The same, where there are such lights: their share of the irradiance to be expected. `near`
+/// is what the root of the tree says of all others.
+#[inline]
+fn infinite_share(infinite: &InfiniteLights, near: Option<&Shares>) -> f32 {
+    let far = infinite.irradiance;
+    let near = near.map_or(0.0, |shares| shares.sum() as f32);
+    if near == 0.0 {
+        return 1.0;
+    }
+    (far / (far + near)).clamp(INFINITE_SHARE.0, INFINITE_SHARE.1)
 }
 
 /// A choice among 10⁵ lights uses up 17 of the 24 bits of a number in [0, 1); more bits, taken

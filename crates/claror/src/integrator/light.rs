@@ -55,7 +55,7 @@ impl Origin {
 /// The point as light sampling sees it.
 #[inline]
 pub(super) fn light_reference(si: &SurfaceInteraction, bsdf: &BsdfAtHit) -> LightReference {
-    LightReference { p: si.p, n: bsdf.lit_side() }
+    LightReference { p: si.p, n: bsdf.lit_side(), without_sky: false }
 }
 
 /// A light sample that a surface can make use of, before its visibility is known.
@@ -78,6 +78,24 @@ impl LightCandidate {
     /// BSDF times cosine times radiance over density, as if the light were visible.
     pub(super) fn contribution(&self) -> Rgb {
         self.eval.value * self.sample.radiance * (1.0 / self.sample.pdf)
+    }
+
+    /// The contribution where only the part `glossy` of the BSDF, its diffuse component removed,
+    /// is sampled besides: the diffuse component has light sampling alone, but for the sky that a
+    /// cache holds.
+    pub(super) fn split_contribution(&self, scene: &Scene, glossy: &BsdfAtHit) -> Rgb {
+        let sample = &self.sample;
+        let is_sky = !self.is_near() && !sample.is_delta && scene.lights.has_cached_sky();
+        let cached = if is_sky {
+            scene.lights.cached_sky_radiance(&scene.tables, sample.wi)
+        } else {
+            Rgb::BLACK
+        };
+        let other = glossy.eval(sample.wi);
+        let pdf = if sample.is_delta { 0.0 } else { other.pdf };
+        let sum = self.eval.diffuse * (sample.radiance - cached)
+            + other.value * sample.radiance * power_heuristic(sample.pdf, pdf);
+        sum * (1.0 / sample.pdf)
     }
 
     /// Whether the light is at a finite place.

@@ -182,35 +182,67 @@ impl Walk<'_> {
                 }
                 return;
             }
-            if self.ends_at_hash(si, &bsdf, sampler) {
-                return;
-            }
-            let Some(next) = self.scatter(si, &bsdf, sampler) else {
-                return;
+            let next = match self.hashed_irradiance(si, &bsdf, sampler) {
+                Some(irradiance) => self.scatter_glossy(si, &bsdf, irradiance, sampler),
+                None => self.scatter(si, &bsdf, sampler),
             };
+            let Some(next) = next else { return };
             ray = next;
         }
     }
 
-    /// Where the hash serves, the walk ends with direct light and the hash's mean irradiance.
-    fn ends_at_hash(
+    /// Mean irradiance where the hash serves.
+    fn hashed_irradiance(
         &mut self,
         si: &SurfaceInteraction,
         bsdf: &BsdfAtHit,
         sampler: &mut Sampler,
-    ) -> bool {
-        let Some(hash) = self.hash else { return false };
-        if !bsdf.is_diffuse() {
-            return false;
+    ) -> Option<Rgb> {
+        let hash = self.hash?;
+        if bsdf.diffuse_albedo().is_black() {
+            return None;
         }
         sampler.set_dimension(self.vertex_dimension() + 3);
-        let Some(irradiance) = hash.lookup(si, sampler.next_2d()) else { return false };
-        sampler.set_dimension(self.vertex_dimension());
-        self.rays += 1;
-        let direct = direct_light(self.scene, si, bsdf, sampler);
-        let indirect = bsdf.diffuse_albedo() * irradiance * FRAC_1_PI;
-        self.later += self.throughput * (direct + indirect);
-        true
+        hash.lookup(si, sampler.next_2d())
+    }
+
+    /// Adds light sampled directly and what the diffuse component makes of the hash's mean
+    /// irradiance, then goes on with what is not diffuse.
+    fn scatter_glossy(
+        &mut self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        irradiance: Rgb,
+        sampler: &mut Sampler,
+    ) -> Option<Ray> {
+        self.later += self.throughput * bsdf.diffuse_albedo() * irradiance * FRAC_1_PI;
+        let dimension = self.vertex_dimension();
+        sampler.set_dimension(dimension);
+        if bsdf.is_diffuse() {
+            self.rays += 1;
+            self.later += self.throughput * direct_light(self.scene, si, bsdf, sampler);
+            return None;
+        }
+        let mut glossy = bsdf.clone();
+        glossy.remove_diffuse();
+        let reference = light_reference(si, bsdf);
+        if bsdf.has_smooth() {
+            let u_select = if self.scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
+            sampler.set_dimension(dimension + 1);
+            let u = sampler.next_2d();
+            self.rays += 1;
+            if let Some(light) = sample_light(self.scene, &reference, bsdf, u_select, u)
+                && light.is_visible(self.scene, si)
+            {
+                self.later += self.throughput * light.split_contribution(self.scene, &glossy);
+            }
+        }
+        sampler.set_dimension(dimension + 2);
+        let u_lobe = sampler.next_1d();
+        sampler.set_dimension(dimension + 3);
+        let sample = glossy.sample(u_lobe, sampler.next_2d())?;
+        self.turn(&sample, reference);
+        self.survives(sampler).then(|| si.spawn_ray(sample.wi))
     }
 
     /// Whether nothing was met yet, invisible surfaces included.
@@ -335,6 +367,8 @@ impl Walk<'_> {
         let scene = self.scene;
         let seen_directly = self.stage == Stage::Camera;
         if matches!(self.origin, Origin::Record) {
+            // Direct light, but the sky that the cache holds.
+            self.later += scene.lights.cached_sky_radiance(&scene.tables, ray.d);
             return;
         }
         if !scene.lights.has_environment() || (seen_directly && self.settings.hide_emitters) {

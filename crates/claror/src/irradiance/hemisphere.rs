@@ -50,6 +50,24 @@ impl Grid {
         }
     }
 
+    /// Index of the cell that a local unit direction lies in; `None` below the horizon.
+    pub fn cell_of(self, direction: Vec3) -> Option<usize> {
+        if direction.z <= 0.0 {
+            return None;
+        }
+        let u = match self {
+            Self::Concentric { .. } => warp::concentric_square(direction.truncate()),
+            Self::Polar { .. } => {
+                let turn = direction.y.atan2(direction.x) / std::f32::consts::TAU;
+                let around = if turn < 0.0 { turn + 1.0 } else { turn };
+                Vec2::new(around, 1.0 - direction.z * direction.z)
+            }
+        };
+        let (columns, rows) = self.size();
+        let index = |u: f32, count: u32| ((u * count as f32) as usize).min(count as usize - 1);
+        Some(index(u.y, rows) * columns as usize + index(u.x, columns))
+    }
+
     /// Local, unit direction in cell (i, j) at `jitter` in [0, 1)²; z is along the normal. Uniform
     /// jitter makes it cosine distributed within the cell.
     pub fn direction(self, i: u32, j: u32, jitter: Vec2) -> Vec3 {

@@ -98,6 +98,11 @@ impl LookupSettings {
 /// Extent along the normal, in short radii, of the region of the smooth kernel.
 const THICKNESS: f32 = 0.5;
 
+/// Height of a step, in short radii, over which nothing of the smooth kernel reaches. Between points
+/// of one plane or one sphere the distance to the mean tangent plane is 0; where it is not, there
+/// are two surfaces, of which one may be in the light of a window and the other in its shade.
+const STEP: f32 = 0.1;
+
 /// How far records reach: see [`Record::support`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
@@ -132,7 +137,7 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
     }
     let turned = (1.0 - cosine).max(0.0);
     let w = match settings.weight {
-        Weight::Smooth => smooth(record, delta, turned, settings.overlap),
+        Weight::Smooth => smooth(record, delta, in_front, turned, settings.overlap),
         Weight::Tent => {
             let t2 = distance2 / (settings.overlap * short).powi(2);
             1.0 - t2.max(turned / one_minus_cos(record.max_angle)).sqrt()
@@ -157,13 +162,16 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
 }
 
 #[inline]
-fn smooth(record: &Record, delta: Vec3, turned: f32, overlap: f32) -> f32 {
+fn smooth(record: &Record, delta: Vec3, in_front: f32, turned: f32, overlap: f32) -> f32 {
     let [short, long] = record.radii;
     let u = delta.dot(record.axis);
     let h = delta.dot(record.normal);
     let across2 = (delta.length_squared() - u * u - h * h).max(0.0);
     let ratio = short / long;
-    let distance2 = u * u + across2 * (ratio * ratio) + h * h * (1.0 / (THICKNESS * THICKNESS));
+    let distance2 = u * u
+        + across2 * (ratio * ratio)
+        + h * h * (1.0 / (THICKNESS * THICKNESS))
+        + in_front * in_front * (1.0 / (STEP * STEP));
     let reach2 = overlap * overlap * short * short;
     let largest = one_minus_cos(record.max_angle);
     if distance2 < reach2 && turned < largest {

@@ -24,6 +24,20 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     }
 }
 
+/// The inverse of [`concentric_disk`].
+pub fn concentric_square(p: Vec2) -> Vec2 {
+    let r = p.length();
+    // The angle from the nearer axis in units of π/4, on whichever side of the origin.
+    let square = if p.x.abs() > p.y.abs() {
+        Vec2::new(r.copysign(p.x), r.copysign(p.x) * (p.y / p.x).atan() / FRAC_PI_4)
+    } else if p.y != 0.0 {
+        Vec2::new(r.copysign(p.y) * (p.x / p.y).atan() / FRAC_PI_4, r.copysign(p.y))
+    } else {
+        Vec2::ZERO
+    };
+    0.5 * square + 0.5
+}
+
 /// Sine and cosine of `|x| ≤ π/4` by their Taylor polynomials, exact to the last bit or so: much
 /// faster than the general functions, and the same on all machines.
 fn sin_cos_octant(x: f32) -> (f32, f32) {

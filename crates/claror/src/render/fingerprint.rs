@@ -67,6 +67,7 @@ impl Fingerprint {
             min_pixel_spacing,
             max_pixel_spacing,
             bounces,
+            sky,
             // Nothing that records hold.
             analytic_direct: _,
             debias: _,
@@ -86,6 +87,7 @@ impl Fingerprint {
             ("min_pixel_spacing", min_pixel_spacing.to_string()),
             ("max_pixel_spacing", max_pixel_spacing.to_string()),
             ("bounces", bounces.name().to_owned()),
+            ("sky", sky.name().to_owned()),
             ("shapes", scene.tables.shapes.shapes.len().to_string()),
             ("light sources", scene.tables.emitters.emitters.len().to_string()),
         ];

@@ -1,5 +1,6 @@
 //! Integrators.
 
+use claror::emitter::Sky;
 use claror::integrator::{
     Aov, AovKind, Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings,
 };
@@ -77,6 +78,7 @@ impl<'a> Builder<'a> {
             min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
             max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
             bounces: properties.choice("bounces", &bounces),
+            sky: properties.choice("sky", &Sky::ALL.map(|s| (s.name(), s))),
             analytic_direct: properties.boolean("analytic_direct", default.analytic_direct),
             debias: properties.float_that("debias", default.debias, "between 0 and 1", |v| {
                 (0.0..=1.0).contains(&v)

@@ -69,6 +69,39 @@ fn is_dark(bsdf: &BsdfAtHit) -> bool {
     })
 }
 
+/// Without its diffuse part a material is what it was less that part, and its directions follow
+/// the density that is left.
+#[test]
+fn what_is_left_without_the_diffuse_part() {
+    let mut m = Materials::default();
+    let list = materials::all(&mut m);
+    m.prepare();
+    let level = sidak(LEVEL, (list.len() * viewers().len()) as u32);
+    let mut rng = TestRng::new(21);
+    for (i, (name, id)) in list.iter().enumerate() {
+        for (j, wo) in viewers().into_iter().enumerate() {
+            let whole = m.at(*id, wo);
+            let mut glossy = whole.clone();
+            glossy.remove_diffuse();
+            assert!(glossy.diffuse_albedo().is_black(), "{name}");
+            for _ in 0..200 {
+                let wi = warp::uniform_sphere(rng.next_vec2());
+                let (all, left) = (whole.eval(wi), glossy.eval(wi));
+                assert!(left.diffuse.is_black(), "{name}");
+                for c in 0..3 {
+                    let difference = all.value[c] - all.diffuse[c] - left.value[c];
+                    assert!(difference.abs() <= 1e-5 * all.value[c].max(1.0), "{name} {wi}");
+                }
+            }
+            if !is_dark(&glossy) {
+                let seed = (i * 8 + j) as u64;
+                let result = chi_square(&glossy, |wi| f64::from(glossy.eval(wi).pdf), seed);
+                assert!(result.p_value > level, "{name} seen from {wo}: {result:?}");
+            }
+        }
+    }
+}
+
 /// The test above must be able to fail.
 #[test]
 fn mutants_are_rejected() {

@@ -35,7 +35,7 @@ fn mesh(t: &mut TestScene, mesh: Mesh) -> ShapeKind {
 }
 
 fn at(x: f32, y: f32, z: f32) -> LightReference {
-    LightReference { p: Vec3::new(x, y, z), n: None }
+    LightReference { p: Vec3::new(x, y, z), n: None, without_sky: false }
 }
 
 fn rectangle() -> ShapeKind {
@@ -177,7 +177,12 @@ fn environments() {
     let scene = t.build();
     check(&scene, &at(0.0, 0.0, 0.0), 2, "constant");
     let n = Some(Vec3::new(0.6, 0.0, -0.8));
-    check(&scene, &LightReference { p: Vec3::ZERO, n }, 3, "constant above a surface");
+    check(
+        &scene,
+        &LightReference { p: Vec3::ZERO, n, without_sky: false },
+        3,
+        "constant above a surface",
+    );
 }
 
 #[test]
@@ -224,7 +229,7 @@ const ENVMAP_VALUES: [([f32; 3], [f32; 3]); 9] = [
 /// Mean of cos·radiance/pdf over light samples at a surface with normal `n`.
 fn irradiance(scene: &Scene, p: Vec3, n: Vec3, samples: usize, seed: u64) -> Moments {
     let mut rng = TestRng::new(seed);
-    let reference = LightReference { p, n: Some(n) };
+    let reference = LightReference { p, n: Some(n), without_sky: false };
     let mut moments = Moments::default();
     for _ in 0..samples {
         let value = draw(scene, &reference, &mut rng)
@@ -273,7 +278,14 @@ fn point_spot_and_directional() {
     let s = draw(&scene, &at(0.0, 0.0, 0.0), &mut TestRng::new(1)).unwrap();
     assert!(s.is_delta && s.pdf == 1.0 && s.wi == Vec3::Z && s.distance == 2.0);
     assert_eq!(s.radiance, Rgb::splat(2.0));
-    assert!(draw(&scene, &LightReference { p: position, n: None }, &mut TestRng::new(1)).is_none());
+    assert!(
+        draw(
+            &scene,
+            &LightReference { p: position, n: None, without_sky: false },
+            &mut TestRng::new(1)
+        )
+        .is_none()
+    );
 
     let mut t = TestScene::default();
     let (direction, irradiance) = (Vec3::new(0.0, 0.6, -0.8), Rgb::splat(3.0));
@@ -313,7 +325,11 @@ fn spot_as_in_mitsuba() {
         let scene = t.build();
         for (p, plain, with_texture) in SPOT_VALUES {
             let p = Vec3::from(p);
-            let sample = draw(&scene, &LightReference { p, n: None }, &mut TestRng::new(1));
+            let sample = draw(
+                &scene,
+                &LightReference { p, n: None, without_sky: false },
+                &mut TestRng::new(1),
+            );
             let value = sample.map_or(Rgb::BLACK, |s| s.radiance * p.length_squared());
             let expected = if textured { with_texture } else { plain };
             for (v, e) in value.to_array().into_iter().zip(expected) {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::hash::lit_normal;
+use super::sky::SkyLight;
 use super::{Bounces, IrradianceHash};
 use crate::integrator::IntegratorSettings;
 use crate::integrator::path::record_walk;
@@ -11,7 +12,7 @@ use crate::irradiance::{
     Cell, Criterion, Estimates, Grid, Hemisphere, MeshSettings, MeshTopology, Radii, RadiusBounds,
     RadiusSettings, Record, mesh_derivatives, radii, ward_heckbert_gradient,
 };
-use crate::math::Frame;
+use crate::math::{Frame, Vec3};
 use crate::sampler::{SamplerKind, SamplerSettings, SamplerTable};
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -151,15 +152,40 @@ impl<'a> Gatherer<'a> {
                 let ray = place.si.spawn_ray(frame.to_world(direction));
                 let (radiance, hit) =
                     record_walk(self.scene, self.settings, self.hash, &ray, &mut sampler, rays);
-                let (distance, normal) = hit
-                    .map_or((f32::INFINITY, crate::math::Vec3::ZERO), |hit| {
-                        (hit.t.max(4.0 * place.si.offset), frame.to_local(hit.ng))
-                    });
+                let (distance, normal) = hit.map_or((f32::INFINITY, Vec3::ZERO), |hit| {
+                    (hit.t.max(4.0 * place.si.offset), frame.to_local(hit.ng))
+                });
                 let radiance = if radiance.is_finite() { radiance } else { Rgb::BLACK };
                 cells.push(Cell { direction, distance, normal, flags: 0, radiance });
             }
         }
+        self.add_sky(place, frame, stream, &mut cells, rays);
         Hemisphere::new(self.grid, cells)
+    }
+
+    /// As many rays towards the sky as there are cells. What a cell holds is then the mean over the
+    /// part of it that sees the sky, instead of all or nothing.
+    fn add_sky(
+        &self,
+        place: &Place,
+        frame: &Frame,
+        stream: (u32, u32),
+        cells: &mut [Cell],
+        rays: &mut u64,
+    ) {
+        let Some(sky) = SkyLight::at(self.scene, place.si.p, frame.n) else { return };
+        for cell in cells.iter_mut().filter(|cell| cell.distance == f32::INFINITY) {
+            cell.radiance *= sky.share(frame.to_world(cell.direction), cell.direction.z);
+        }
+        for index in 0..cells.len() {
+            let mut sampler = self.samples.sampler((stream.0, !stream.1), index as u32);
+            let found = sky.sample(&place.si, frame, sampler.next_2d(), rays);
+            if let Some((local, radiance)) = found
+                && let Some(cell) = self.grid.cell_of(local)
+            {
+                cells[cell].radiance += radiance;
+            }
+        }
     }
 }
 

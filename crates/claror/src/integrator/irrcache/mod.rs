@@ -6,11 +6,12 @@
 //! | `error` | 1 | 0.1 | interpolation error that records are spread for; a dial, not a bound |
 //! | `accuracy` | 1 | 0.2 | Ward's `a`, for the other criteria than `hessian` |
 //! | `criterion` | | `hessian` | `thesis`, `ward88`, `ward92`, `tabellion04`, `krivanek06`, `hessian` |
-//! | `noise` | 1 | 0.05 | relative standard error of a record: up to sixteen times the rays until it is met |
+//! | `noise` | 1 | 0.2 | relative standard error of a record: up to sixteen times the rays until it is met |
 //! | `gather_samples` | 1 | 576 | rays of a record; rounded to a square number |
 //! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
 //! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
 //! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
+//! | `sky` | | `auto` | whether records hold direct light from the sky: `auto` if it has no small bright parts, `direct` no, `cached` yes |
 //! | `analytic_direct` | | true | direct light of few lights by closed forms times sampled visibility: consistent, a little biased at few samples |
 //! | `debias` | 1 | 0 | share of look-ups that are corrected by a walk: above 0 the picture has the mean of path tracing |
 //!
@@ -31,6 +32,7 @@ mod prepass;
 mod probe;
 mod shade;
 mod signature;
+mod sky;
 #[cfg(test)]
 mod tests;
 
@@ -39,6 +41,7 @@ pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
 pub(super) use shade::cached;
 
+use crate::emitter::Sky;
 use crate::irradiance::{
     Criterion, Index, Interpolated, LookupSettings, Query, RadiusSettings, Record, lookup,
 };
@@ -87,6 +90,8 @@ pub struct IrrCacheSettings {
     pub max_pixel_spacing: f32,
     /// Light at the ends of a record's rays.
     pub bounces: Bounces,
+    /// Whether records hold direct light from the sky.
+    pub sky: Sky,
     /// Take the noise of light sampling out of direct light where lights have closed forms.
     pub analytic_direct: bool,
     /// Share of look-ups that are corrected by a random walk, 0 to 1.
@@ -112,11 +117,12 @@ impl Default for IrrCacheSettings {
             criterion: Criterion::Hessian,
             error: 0.1,
             accuracy: 0.2,
-            noise: 0.05,
+            noise: 0.2,
             gather_samples: 576,
             min_pixel_spacing: 3.0,
             max_pixel_spacing: 160.0,
             bounces: Bounces::Hash,
+            sky: Sky::Auto,
             analytic_direct: true,
             debias: 0.0,
         }

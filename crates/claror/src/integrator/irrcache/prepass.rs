@@ -79,9 +79,8 @@ impl IrradianceCache {
         let camera = Camera::new(sensor);
         let crop = sensor.film.crop;
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
-        let noise = settings.cache.noise;
         let (hash, filled) = if needs_hash {
-            let filled = IrradianceHash::new(scene, &camera, crop, seed, noise, is_cancelled)?;
+            let filled = IrradianceHash::new(scene, &camera, crop, seed, is_cancelled)?;
             (Some(filled.0), filled.1)
         } else {
             (None, HashStatistics::default())

@@ -91,7 +91,8 @@ impl IrradianceCache {
     ) -> Option<Probe> {
         let integrator = &scene.tables.integrator;
         let seen = first_diffuse(scene, *ray, chain)?;
-        if integrator.max_depth.is_some_and(|limit| seen.depth + 2 >= limit) {
+        let least = if scene.lights.has_cached_sky() { 1 } else { 2 };
+        if integrator.max_depth.is_some_and(|limit| seen.depth + least >= limit) {
             return None;
         }
         let n = lit_normal(&seen.si);

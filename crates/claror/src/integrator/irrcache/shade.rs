@@ -5,9 +5,10 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use super::IrradianceCache;
 use super::hash::lit_normal;
 use super::signature::Signature;
+use super::sky::SkyLight;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
-use crate::integrator::light::{Origin, light_reference, past, power_heuristic, sample_light};
+use crate::integrator::light::{Origin, light_reference, past, sample_light};
 use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS, record_walk_at};
 use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
@@ -26,11 +27,7 @@ struct Chain<'a> {
     settings: &'a IntegratorSettings,
     cache: &'a IrradianceCache,
     result: LayeredRadiance,
-    /// For all light but emission at the end of the current ray.
     throughput: Rgb,
-    /// For emission at the end of the current ray: direct light is scattered by all components,
-    /// other light by those that are not in the cache.
-    emission_throughput: Rgb,
     origin: Origin,
     /// Light from all lights of which there is a closed form, at the first vertex.
     closed: Closed,
@@ -68,7 +65,6 @@ pub(in crate::integrator) fn cached(
         cache,
         result: LayeredRadiance::default(),
         throughput: Rgb::WHITE,
-        emission_throughput: Rgb::WHITE,
         origin: Origin::Delta,
         closed: Closed::default(),
         signature: Signature::new(),
@@ -131,46 +127,43 @@ impl Chain<'_> {
             self.add_light(si, bsdf, sampler);
             return None;
         }
+        let mut glossy = bsdf.clone();
+        glossy.remove_diffuse();
         let reference = light_reference(si, bsdf);
         if bsdf.has_smooth() {
-            self.add_weighted_light(si, bsdf, &reference, sampler);
+            self.add_split_light(si, bsdf, &glossy, &reference, sampler);
         }
         sampler.set_dimension(dimension + 2);
         let u_lobe = sampler.next_1d();
         sampler.set_dimension(dimension + 3);
-        let sample = bsdf.sample(u_lobe, sampler.next_2d())?;
+        let sample = glossy.sample(u_lobe, sampler.next_2d())?;
         self.depth += 1;
         self.vertices += u32::from(!sample.is_null);
-        self.emission_throughput = self.throughput * sample.weight;
-        if sample.is_delta || sample.is_null {
-            self.throughput = self.emission_throughput;
-            self.origin = Origin::Delta;
+        self.throughput *= sample.weight;
+        self.origin = if sample.is_delta || sample.is_null {
+            Origin::Delta
         } else {
-            self.throughput *= sample.weight - sample.diffuse_weight;
-            self.origin = Origin::Smooth(reference, sample.pdf);
-        }
-        self.roulette(sampler);
-        (!self.emission_throughput.is_black()).then(|| si.spawn_ray(sample.wi))
+            Origin::Smooth(reference, sample.pdf)
+        };
+        self.survives(sampler).then(|| si.spawn_ray(sample.wi))
     }
 
-    /// Ends weak chains, but for the emission that the next ray may find.
-    fn roulette(&mut self, sampler: &mut Sampler) {
+    /// Ends weak chains.
+    fn survives(&mut self, sampler: &mut Sampler) -> bool {
         let largest = self.throughput.max_component();
         let from_here_on = self.depth >= self.settings.rr_depth;
         let early = self.settings.early_roulette && self.depth >= EARLY_ROULETTE;
-        if !(from_here_on || early) || largest == 0.0 {
-            return;
-        }
-        let limit = if from_here_on { 0.95 } else { 1.0 };
-        let q = (largest / SURE_THROUGHPUT).min(limit);
-        if q < 1.0 {
-            let ends = sampler.next_1d() >= q;
-            let factor = if ends { 0.0 } else { 1.0 / q };
-            self.throughput *= factor;
-            if matches!(self.origin, Origin::Delta) {
-                self.emission_throughput *= factor;
+        if from_here_on || early {
+            let limit = if from_here_on { 0.95 } else { 1.0 };
+            let q = (largest / SURE_THROUGHPUT).min(limit);
+            if q < 1.0 {
+                if sampler.next_1d() >= q {
+                    return false;
+                }
+                self.throughput *= 1.0 / q;
             }
         }
+        largest > 0.0
     }
 
     /// Where light goes: at the first vertex into the layer `first`, later into the rest.
@@ -186,7 +179,10 @@ impl Chain<'_> {
         sampler: &mut Sampler,
     ) {
         let albedo = bsdf.diffuse_albedo();
-        let is_deep_enough = self.settings.max_depth.is_none_or(|limit| self.depth + 2 < limit);
+        // Bounces that the cache's light has made at least.
+        let least = if self.scene.lights.has_cached_sky() { 1 } else { 2 };
+        let limit = self.settings.max_depth;
+        let is_deep_enough = limit.is_none_or(|limit| self.depth + least < limit);
         if albedo.is_black() || !is_deep_enough {
             return;
         }
@@ -194,7 +190,10 @@ impl Chain<'_> {
         let query = Query { p: si.p, n_smooth: n, n_shading: n };
         let irradiance = match self.cache.lookup(&query) {
             Some(found) => self.debiased(found.irradiance, si, dimension, sampler),
-            None => self.uncached(si, dimension, sampler),
+            None => match self.averaged(si, dimension, sampler) {
+                Some(irradiance) => irradiance,
+                None => self.uncached(si, dimension, sampler),
+            },
         };
         let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;
         *self.layer(|r| &mut r.indirect) += indirect;
@@ -219,14 +218,40 @@ impl Chain<'_> {
         cached + (walked - cached) * (1.0 / probability)
     }
 
-    /// Irradiance by one cosine-distributed ray.
+    /// What the hash knows of a surface that is seen by way of a rough one, which blurs more than
+    /// the hash does.
+    fn averaged(
+        &self,
+        si: &SurfaceInteraction,
+        dimension: u32,
+        sampler: &mut Sampler,
+    ) -> Option<Rgb> {
+        if !matches!(self.origin, Origin::Smooth(..)) || self.settings.cache.debias > 0.0 {
+            return None;
+        }
+        sampler.set_dimension(dimension + 3);
+        self.cache.hash.as_ref()?.lookup(si, sampler.next_2d())
+    }
+
+    /// Irradiance by one cosine-distributed ray, and one towards the sky.
     fn uncached(&mut self, si: &SurfaceInteraction, dimension: u32, sampler: &mut Sampler) -> Rgb {
         sampler.set_dimension(dimension + 3);
         let local = cosine_hemisphere(sampler.next_2d());
-        let ray = si.spawn_ray(Frame::from_normal(lit_normal(si)).to_world(local));
+        let frame = Frame::from_normal(lit_normal(si));
+        let ray = si.spawn_ray(frame.to_world(local));
         let (scene, rays) = (self.scene, &mut self.rays);
         let hash = self.cache.hash.as_ref().filter(|_| self.settings.cache.debias <= 0.0);
-        record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays).0 * PI
+        let (mut radiance, hit) =
+            record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays);
+        if let Some(sky) = SkyLight::at(scene, si.p, frame.n) {
+            if hit.is_none() {
+                radiance *= sky.share(ray.d, local.z);
+            }
+            sampler.set_dimension(dimension);
+            let found = sky.sample(si, &frame, sampler.next_2d(), rays);
+            radiance += found.map_or(Rgb::BLACK, |(_, radiance)| radiance);
+        }
+        radiance * PI
     }
 
     /// Next-event estimation at a surface that is only diffuse.
@@ -234,7 +259,7 @@ impl Chain<'_> {
         let lights = &self.scene.lights;
         let u_select = if lights.needs_choice() { sampler.next_1d() } else { 0.0 };
         let u = sampler.next_2d();
-        let reference = light_reference(si, bsdf);
+        let reference = LightReference { without_sky: true, ..light_reference(si, bsdf) };
         let light = sample_light(self.scene, &reference, bsdf, u_select, u);
         let is_visible = light.as_ref().is_some_and(|light| {
             self.rays += 1;
@@ -269,10 +294,11 @@ impl Chain<'_> {
     }
 
     /// Next-event estimation at a surface that is not only diffuse.
-    fn add_weighted_light(
+    fn add_split_light(
         &mut self,
         si: &SurfaceInteraction,
         bsdf: &BsdfAtHit,
+        glossy: &BsdfAtHit,
         reference: &LightReference,
         sampler: &mut Sampler,
     ) {
@@ -281,8 +307,7 @@ impl Chain<'_> {
         let Some(light) = sample_light(self.scene, reference, bsdf, u_select, u) else { return };
         self.rays += 1;
         if light.is_visible(self.scene, si) {
-            let weight = power_heuristic(light.light_pdf(), light.bsdf_pdf());
-            let radiance = self.throughput * light.contribution() * weight;
+            let radiance = self.throughput * light.split_contribution(self.scene, glossy);
             *self.layer(|r| &mut r.direct) += radiance;
         }
     }
@@ -297,7 +322,7 @@ impl Chain<'_> {
             self.result.alpha = 1.0;
         }
         let weight = self.origin.surface_weight(scene, si);
-        self.add_found(radiance, weight);
+        self.add_found(self.throughput * radiance * weight);
     }
 
     fn add_environment(&mut self, ray: &Ray) {
@@ -311,12 +336,11 @@ impl Chain<'_> {
         }
         let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
         let weight = self.origin.environment_weight(scene, ray.d);
-        self.add_found(radiance, weight);
+        self.add_found(self.throughput * radiance * weight);
     }
 
     /// Adds emitted light that the current ray found.
-    fn add_found(&mut self, radiance: Rgb, weight: f32) {
-        let radiance = self.emission_throughput * radiance * weight;
+    fn add_found(&mut self, radiance: Rgb) {
         match (&self.origin, self.vertices) {
             (Origin::Delta, 0) => self.result.emission += radiance,
             (Origin::Smooth(..), 1) => self.result.direct += radiance,

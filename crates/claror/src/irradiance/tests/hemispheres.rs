@@ -181,3 +181,20 @@ fn odd_hemispheres_are_harmless() {
         assert_eq!(radii.radii, [1.0; 2], "{criterion:?}");
     }
 }
+
+#[test]
+fn directions_find_the_cell_that_they_lie_in() {
+    for grid in [Grid::Concentric { n: 7 }, Grid::Polar { m: 5, n: 11 }] {
+        let (columns, rows) = grid.size();
+        for index in 0..grid.len() as u32 {
+            let (i, j) = (index % columns, index / columns);
+            assert!(j < rows);
+            for jitter in [Vec2::new(0.01, 0.02), Vec2::new(0.5, 0.5), Vec2::new(0.98, 0.99)] {
+                let direction = grid.direction(i, j, jitter);
+                assert_eq!(grid.cell_of(direction), Some(index as usize), "{grid:?} {jitter}");
+            }
+        }
+        assert_eq!(grid.cell_of(Vec3::new(0.6, 0.0, -0.8)), None);
+        assert!(grid.cell_of(Vec3::Z).is_some());
+    }
+}

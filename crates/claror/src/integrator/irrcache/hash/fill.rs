@@ -16,10 +16,9 @@ use crate::spectrum::Rgb;
 const LEAST_VISITS: u32 = 4;
 /// Least and largest number of walks.
 const WALKS: (usize, usize) = (1 << 15, 1 << 23);
-/// Walks go on until the standard error of what they say about the mean of the picture is this
-/// share of the noise that a record may have: they are shared by all records, so their errors do
-/// not average out.
-const NOISE_SHARE: f64 = 0.04;
+/// Walks go on until what they say about the mean of the picture has this relative standard error.
+/// All records share them, so their errors do not average out.
+const WANTED: f64 = 0.002;
 /// Walks per unit of parallel work; fixed, so that the work does not depend on the threads.
 const WALKS_PER_CHUNK: usize = 1024;
 /// Walks between two looks at whether to stop.
@@ -56,14 +55,13 @@ struct Walker<'a> {
 
 impl IrradianceHash {
     /// From walks that start at the camera: twice as many again and again until the standard error
-    /// of their mean is `noise` times [`NOISE_SHARE`]. Deterministic for any number of threads.
+    /// of their mean is [`WANTED`]. Deterministic for any number of threads.
     /// `None` when cancelled.
     pub(in super::super) fn new(
         scene: &Scene,
         camera: &Camera,
         crop: CropWindow,
         seed: u64,
-        noise: f32,
         is_cancelled: IsCancelled,
     ) -> Option<(Self, HashStatistics)> {
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);
@@ -71,7 +69,6 @@ impl IrradianceHash {
         let samples =
             SamplerSettings { kind: SamplerKind::Sobol, sample_count: count, seed: !seed };
         let walker = Walker { scene, camera, crop, samples, hash: Self::empty(extent) };
-        let wanted = f64::from(noise) * NOISE_SHARE;
         let mut tables = vec![Table::new(); TABLES];
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
@@ -93,7 +90,7 @@ impl IrradianceHash {
                 statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
                 statistics.walks = end;
             }
-            if relative_error(&sums) <= wanted || goal >= WALKS.1 {
+            if relative_error(&sums) <= WANTED || goal >= WALKS.1 {
                 let mut hash = walker.hash;
                 let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
                 // As when it is read from a file.

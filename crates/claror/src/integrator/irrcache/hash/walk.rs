@@ -1,7 +1,5 @@
 //! Random walks from the camera that tell what irradiance the surfaces they meet receive.
 
-use std::f32::consts::PI;
-
 use super::Visit;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
@@ -16,6 +14,8 @@ use crate::spectrum::Rgb;
 
 /// Longest walk: hardly ever reached, or what late vertices receive would be cut short.
 const MAX_VERTICES: usize = 512;
+/// Diffuse albedo of a surface from which on its irradiance is of interest.
+const LEAST_ALBEDO: f32 = 0.02;
 /// Vertices after which weak walks may end.
 const ROULETTE: usize = 4;
 
@@ -30,8 +30,9 @@ pub(super) struct Seen {
 
 /// A vertex of a walk.
 struct Vertex {
-    /// Where it was, if it was diffuse.
-    visit: Option<Visit>,
+    /// Where it was, if it was diffuse, and the cosine over the density of the next segment's
+    /// direction: what makes its radiance an estimate of irradiance.
+    visit: Option<(Visit, f32)>,
     /// Light that reached it from light sources directly and goes on towards the walk's begin.
     direct: Rgb,
     /// What the next segment's radiance is multiplied with.
@@ -61,15 +62,12 @@ pub(super) fn walk(
     let mut throughput = Rgb::WHITE;
     let mut bsdf = BsdfAtHit::empty();
     // Radiance that arrives at the last vertex from beyond.
-    let mut beyond = Rgb::BLACK;
+    let mut beyond = Beyond::default();
     while vertices.len() < MAX_VERTICES {
         *rays += 2;
         let Some(si) = scene.intersect(&ray) else {
-            if let Some(origin) = vertices.last().and_then(|v| v.origin.as_ref())
-                && scene.lights.has_environment()
-            {
-                let radiance = scene.lights.environment_radiance(&scene.tables, ray.d);
-                beyond = radiance * origin.environment_weight(scene, ray.d);
+            if let Some(last) = vertices.last() {
+                beyond = Beyond::new(scene, last, ray.d);
             }
             break;
         };
@@ -104,34 +102,66 @@ pub(super) fn walk(
             vertices.push(Vertex::last(direct));
             break;
         }
-        let visit =
-            bsdf.is_diffuse().then(|| Visit { p: si.p, n: lit_normal(&si), shape: si.shape });
-        let origin = match visit {
-            Some(_) => None,
-            None if sample.is_delta || sample.is_null => Some(Origin::Delta),
-            None => Some(Origin::Smooth(reference, sample.pdf)),
+        let is_singular = sample.is_delta || sample.is_null;
+        let n = lit_normal(&si);
+        let visit = (bsdf.diffuse_albedo().max_component() >= LEAST_ALBEDO).then(|| {
+            let cos = sample.wi.dot(n).max(0.0);
+            let scale = if is_singular { 0.0 } else { cos / sample.pdf };
+            (Visit { p: si.p, n, shape: si.shape }, scale)
+        });
+        let origin = if bsdf.is_diffuse() {
+            None
+        } else if is_singular {
+            Some(Origin::Delta)
+        } else {
+            Some(Origin::Smooth(reference, sample.pdf))
         };
         vertices.push(Vertex { visit, direct, weight, origin });
         ray = si.spawn_ray(sample.wi);
     }
-    note(&vertices, beyond, visit)
+    note(&vertices, &beyond, visit)
+}
+
+/// Radiance of the environment at the end of a walk.
+#[derive(Default)]
+struct Beyond {
+    /// What light sampling at the last vertex leaves to it.
+    radiance: Rgb,
+    /// What belongs to the irradiance there: the sky that the cache holds.
+    cached_sky: Rgb,
+}
+
+impl Beyond {
+    /// In direction `d` from the last vertex.
+    fn new(scene: &Scene, last: &Vertex, d: Vec3) -> Self {
+        let (lights, tables) = (&scene.lights, &scene.tables);
+        let cached_sky = lights.cached_sky_radiance(tables, d);
+        let radiance = match &last.origin {
+            Some(origin) if lights.has_environment() => {
+                lights.environment_radiance(tables, d) * origin.environment_weight(scene, d)
+            }
+            Some(_) => Rgb::BLACK,
+            None => cached_sky,
+        };
+        Self { radiance, cached_sky }
+    }
 }
 
 /// From the last vertex to the first: what arrives at one is what the next sends.
-fn note(vertices: &[Vertex], beyond: Rgb, mut visit: impl FnMut(Visit, Rgb)) -> Seen {
-    let mut arriving = beyond;
+fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, Rgb)) -> Seen {
+    let mut arriving = beyond.radiance;
+    let mut incident = beyond.cached_sky;
     let mut seen = Seen::default();
     for (depth, vertex) in vertices.iter().enumerate().rev() {
-        if let Some(place) = vertex.visit {
-            // Cosine distributed: radiance over density is π times the radiance.
-            let scale = if vertex.weight.is_black() { 0.0 } else { PI };
-            let irradiance = arriving * scale;
+        if let Some((place, scale)) = vertex.visit {
+            let irradiance = incident * scale;
             if irradiance.is_finite() {
                 visit(place, irradiance);
             }
         }
         let continued = vertex.weight * arriving;
         arriving = vertex.direct + continued;
+        incident = arriving;
         match depth {
             1 => seen.distant = continued,
             0 => seen.distant *= vertex.weight,
@@ -155,7 +185,7 @@ pub(in crate::integrator) fn direct_light(
     if !bsdf.has_smooth() {
         return Rgb::BLACK;
     }
-    let reference: LightReference = light_reference(si, bsdf);
+    let reference = LightReference { without_sky: bsdf.is_diffuse(), ..light_reference(si, bsdf) };
     match sample_light(scene, &reference, bsdf, u_select, u) {
         Some(light) if light.is_visible(scene, si) => {
             let stands_alone = bsdf.is_diffuse();
