@@ -120,33 +120,11 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
     if !(distance2 < far * far && cosine > 0.0) {
         return None;
     }
-    let in_front = 0.5 * delta.dot(query.n_smooth + record.normal);
-    let tolerance = if settings.in_front > 0.0 {
-        let rounding = ULPS * f32::EPSILON * query.p.abs().max_element();
-        (settings.in_front * short).max(rounding)
-    } else {
-        0.0
-    };
-    if in_front < -tolerance {
+    if is_in_front(record, query, delta, settings) {
         return None;
     }
     let turned = (1.0 - cosine).max(0.0);
-    let w = match settings.weight {
-        Weight::Smooth => smooth(record, delta, turned, settings.overlap),
-        Weight::Tent => {
-            let t2 = distance2 / (settings.overlap * short).powi(2);
-            1.0 - t2.max(turned / one_minus_cos(record.max_angle)).sqrt()
-        }
-        Weight::InverseError { accuracy } => {
-            let error = accuracy * (distance2.sqrt() / short) + turned.sqrt();
-            if error >= settings.overlap * accuracy
-                || distance2 >= (settings.overlap * short).powi(2)
-            {
-                return None;
-            }
-            1.0 / error.max(LEAST_ERROR)
-        }
-    };
+    let w = kernel(record, delta, turned, settings);
     let w = if record.flags & Record::CREVICE != 0 {
         let excess = (settings.fade * record.natural_radius / short).min(1.0);
         w * excess * excess
@@ -154,6 +132,78 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
         w
     };
     (w > 0.0).then_some((w, distance2))
+}
+
+/// The weight by offset and by one minus the cosine between the normals; 0 outside of the region.
+#[inline]
+fn kernel(record: &Record, delta: Vec3, turned: f32, settings: &LookupSettings) -> f32 {
+    let short = record.radii[0];
+    match settings.weight {
+        Weight::Smooth => smooth(record, delta, turned, settings.overlap),
+        Weight::Tent => {
+            let t2 = delta.length_squared() / (settings.overlap * short).powi(2);
+            1.0 - t2.max(turned / one_minus_cos(record.max_angle)).sqrt()
+        }
+        Weight::InverseError { accuracy } => {
+            let distance2 = delta.length_squared();
+            let error = accuracy * (distance2.sqrt() / short) + turned.sqrt();
+            if error >= settings.overlap * accuracy
+                || distance2 >= (settings.overlap * short).powi(2)
+            {
+                return 0.0;
+            }
+            1.0 / error.max(LEAST_ERROR)
+        }
+    }
+}
+
+/// Why a record does not serve a query, in the order of the tests.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rejection {
+    /// It is too far away, whatever its normal.
+    Far,
+    /// It faces elsewhere, and would not serve even at its own position.
+    Turned,
+    /// It lies in front of the query.
+    InFront,
+    /// Distance and angle together leave it no weight.
+    Weightless,
+}
+
+/// Why [`weight`] gives no weight; `None` where it does.
+pub fn rejection(record: &Record, query: &Query, settings: &LookupSettings) -> Option<Rejection> {
+    if weight(record, query, settings).is_some() {
+        return None;
+    }
+    let delta = query.p - record.position;
+    let far = settings.overlap * record.radii[1];
+    let cosine = query.n_smooth.dot(record.normal);
+    let is_weightless = |delta: Vec3, turned: f32| {
+        let weight = kernel(record, delta, turned, settings);
+        weight.is_nan() || weight <= 0.0
+    };
+    Some(if delta.length_squared() >= far * far || is_weightless(delta, 0.0) {
+        Rejection::Far
+    } else if cosine <= 0.0 || is_weightless(Vec3::ZERO, (1.0 - cosine).max(0.0)) {
+        Rejection::Turned
+    } else if is_in_front(record, query, delta, settings) {
+        Rejection::InFront
+    } else {
+        Rejection::Weightless
+    })
+}
+
+/// Whether the record may see past what shadows the query.
+#[inline]
+fn is_in_front(record: &Record, query: &Query, delta: Vec3, settings: &LookupSettings) -> bool {
+    let height = 0.5 * delta.dot(query.n_smooth + record.normal);
+    let tolerance = if settings.in_front > 0.0 {
+        let rounding = ULPS * f32::EPSILON * query.p.abs().max_element();
+        (settings.in_front * record.radii[0]).max(rounding)
+    } else {
+        0.0
+    };
+    height < -tolerance
 }
 
 #[inline]

@@ -23,14 +23,15 @@ pub struct Interpolated {
     pub records: u32,
 }
 
+/// A record that goes into a look-up.
 #[derive(Clone, Copy)]
-struct Candidate {
-    index: u32,
-    weight: f32,
+pub(super) struct Candidate {
+    pub(super) index: u32,
+    pub(super) weight: f32,
     distance2: f32,
 }
 
-type Candidates = ArrayVec<Candidate, CAPACITY>;
+pub(super) type Candidates = ArrayVec<Candidate, CAPACITY>;
 
 /// Irradiance at a point from the records around it; `None` when too few of them can serve it.
 ///
@@ -41,17 +42,7 @@ pub fn lookup(
     query: &Query,
     settings: &LookupSettings,
 ) -> Option<Interpolated> {
-    let mut candidates = Candidates::new();
-    index.for_candidates(query.p, |i| {
-        if let Some(record) = records.get(i as usize)
-            && let Some((weight, distance2)) = weight(record, query, settings)
-        {
-            insert(&mut candidates, Candidate { index: i, weight, distance2 });
-        }
-    });
-    if settings.nearest > 0 {
-        keep_nearest(&mut candidates, settings.nearest as usize);
-    }
+    let candidates = candidates(records, index, query, settings);
     let total: f64 = candidates.iter().map(|c| f64::from(c.weight)).sum();
     if !(total > 0.0 && total >= f64::from(settings.min_weight)) {
         return None;
@@ -67,6 +58,28 @@ pub fn lookup(
         weight: total as f32,
         records: candidates.len() as u32,
     })
+}
+
+/// All records that go in, by their numbers.
+#[inline(always)]
+pub(super) fn candidates(
+    records: &[Record],
+    index: &Index,
+    query: &Query,
+    settings: &LookupSettings,
+) -> Candidates {
+    let mut candidates = Candidates::new();
+    index.for_candidates(query.p, |i| {
+        if let Some(record) = records.get(i as usize)
+            && let Some((weight, distance2)) = weight(record, query, settings)
+        {
+            insert(&mut candidates, Candidate { index: i, weight, distance2 });
+        }
+    });
+    if settings.nearest > 0 {
+        keep_nearest(&mut candidates, settings.nearest as usize);
+    }
+    candidates
 }
 
 /// Keeps the list sorted by number.
