@@ -174,7 +174,9 @@ pub(crate) struct OutputArgs {
     /// Also write features of what is seen as layers of the EXR file, separated by commas
     ///
     /// The features are albedo, depth, position, uv, geo_normal, sh_normal, dp_du, dp_dv,
-    /// prim_index and shape_index. NAME:FEATURE gives the layer a name of its own.
+    /// prim_index and shape_index; of the integrator irrcache also irradiance,
+    /// harmonic_mean_distance, record_radius, record_count, lookup_weight and cache_miss.
+    /// NAME:FEATURE gives the layer a name of its own.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) aov: Vec<String>,
 }

@@ -176,18 +176,30 @@ impl RenderConfig {
             Target { integrator: &mut tables.integrator, sensor: &mut tables.sensors[index] };
         change(&mut target, &self.changes)?;
         let kind = target.integrator.kind;
-        if self.cache.is_some() && kind != IntegratorKind::IrradianceCache {
-            let name = parameters::integrator_name(kind);
-            return Err(Failure::usage(format!("--cache: the integrator {name} uses no cache"))
-                .hint("-i irrcache chooses the one that does"));
-        }
         for aov in &self.aovs {
             if tables.aovs.iter().any(|other| other.name == aov.name) {
                 return Err(Failure::usage(format!("two layers would be called {}", aov.name)));
             }
             tables.aovs.push(aov.clone());
         }
+        self.check_cache(kind, &tables.aovs)?;
         Ok(index)
+    }
+
+    /// Fails if something is asked of an irradiance cache and the integrator uses none.
+    fn check_cache(&self, kind: IntegratorKind, aovs: &[Aov]) -> Result<(), Failure> {
+        if kind == IntegratorKind::IrradianceCache {
+            return Ok(());
+        }
+        let layer = aovs.iter().find(|aov| aov.kind.needs_cache());
+        let what = match layer {
+            _ if self.cache.is_some() => "--cache".to_owned(),
+            Some(aov) => format!("layer {}", aov.name),
+            None => return Ok(()),
+        };
+        let name = parameters::integrator_name(kind);
+        Err(Failure::usage(format!("{what}: the integrator {name} uses no cache"))
+            .hint("-i irrcache chooses the one that does"))
     }
 }
 

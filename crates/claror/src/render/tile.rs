@@ -89,8 +89,7 @@ impl<'a> TileRenderer<'a> {
         }
         tile.pixels[i].add(&sample, weight);
         if !self.aovs.is_empty() {
-            *rays += 1;
-            eval_aovs(self.scene, self.aovs, &ray, values);
+            eval_aovs(self.scene, self.cache, self.aovs, &ray, &mut sampler, rays, values);
             let n = values.len();
             self.add_aovs(&mut tile.aovs[i * n..(i + 1) * n], values, weight, index);
         }

@@ -27,6 +27,7 @@
 mod file;
 mod gather;
 mod hash;
+mod inspect;
 mod prepass;
 mod probe;
 mod shade;

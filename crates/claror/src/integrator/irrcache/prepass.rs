@@ -249,7 +249,16 @@ pub(super) struct Seen {
 }
 
 /// The first diffuse surface that a ray meets, mirrors and glass followed.
-pub(super) fn first_diffuse(scene: &Scene, mut ray: Ray, sampler: &mut Sampler) -> Option<Seen> {
+pub(super) fn first_diffuse(scene: &Scene, ray: Ray, sampler: &mut Sampler) -> Option<Seen> {
+    first_diffuse_by(scene, ray, |_| (sampler.next_1d(), sampler.next_2d()))
+}
+
+/// The same, with the random numbers that say how to go on behind so many surfaces.
+pub(super) fn first_diffuse_by(
+    scene: &Scene,
+    mut ray: Ray,
+    mut numbers: impl FnMut(u32) -> (f32, Vec2),
+) -> Option<Seen> {
     let (mut way, mut throughput) = (0.0, Rgb::WHITE);
     let mut bsdf = BsdfAtHit::empty();
     for depth in 0..MAX_CHAIN {
@@ -265,7 +274,8 @@ pub(super) fn first_diffuse(scene: &Scene, mut ray: Ray, sampler: &mut Sampler) 
         if bsdf.is_diffuse() {
             return None;
         }
-        let sample = bsdf.sample(sampler.next_1d(), sampler.next_2d())?;
+        let (u_lobe, u) = numbers(depth);
+        let sample = bsdf.sample(u_lobe, u)?;
         throughput *= sample.weight;
         ray = si.spawn_ray(sample.wi);
     }

@@ -13,7 +13,7 @@ use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, La
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
 use crate::math::warp::cosine_hemisphere;
-use crate::math::{Frame, Ray};
+use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -81,6 +81,15 @@ pub(in crate::integrator) fn cached(
     chain.finish()
 }
 
+/// The random numbers that say how a chain goes on behind `depth` surfaces.
+pub(super) fn scatter_numbers(sampler: &mut Sampler, depth: u32) -> (f32, Vec2) {
+    let dimension = CAMERA_DIMENSIONS + depth * VERTEX_DIMENSIONS;
+    sampler.set_dimension(dimension + 2);
+    let u_lobe = sampler.next_1d();
+    sampler.set_dimension(dimension + 3);
+    (u_lobe, sampler.next_2d())
+}
+
 impl Chain<'_> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler) {
         let mut bsdf = BsdfAtHit::empty();
@@ -135,10 +144,8 @@ impl Chain<'_> {
         if bsdf.has_smooth() {
             self.add_weighted_light(si, bsdf, &reference, sampler);
         }
-        sampler.set_dimension(dimension + 2);
-        let u_lobe = sampler.next_1d();
-        sampler.set_dimension(dimension + 3);
-        let sample = bsdf.sample(u_lobe, sampler.next_2d())?;
+        let (u_lobe, u) = scatter_numbers(sampler, self.depth);
+        let sample = bsdf.sample(u_lobe, u)?;
         self.depth += 1;
         self.vertices += u32::from(!sample.is_null);
         self.emission_throughput = self.throughput * sample.weight;

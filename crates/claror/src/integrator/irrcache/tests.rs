@@ -175,7 +175,7 @@ fn finer_errors_make_more_records() {
     assert!(counts.is_sorted(), "{counts:?}");
 }
 
-struct Silent;
+pub(super) struct Silent;
 
 impl Observer for Silent {
     fn elapsed(&self) -> Duration {
