@@ -20,7 +20,7 @@ pub use state::RenderState;
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
-use crate::integrator::{IntegratorKind, IrradianceCache};
+use crate::integrator::{IntegratorKind, IrradianceCache, LookupCounts};
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -104,6 +104,8 @@ pub struct RenderOutput {
     pub error: f32,
     /// Samples that were NaN or infinite and count as black.
     pub non_finite: NonFinite,
+    /// What was asked of the irradiance cache for all samples, those of earlier runs included.
+    pub lookups: LookupCounts,
     /// The irradiance cache, where one was used.
     pub cache: Option<IrradianceCache>,
 }

@@ -83,6 +83,7 @@ impl<'a> TileRenderer<'a> {
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
         let mut sample =
             radiance(self.scene, &self.integrator, self.cache, &ray, &mut sampler, rays);
+        tile.lookups = tile.lookups.merged(sample.lookups);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {
             tile.non_finite.note((y, x, index));
             sample = LayeredRadiance { alpha: sample.alpha, ..Default::default() };

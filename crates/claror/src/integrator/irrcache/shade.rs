@@ -199,9 +199,17 @@ impl Chain<'_> {
         }
         let n = lit_normal(si);
         let query = Query { p: si.p, n_smooth: n, n_shading: n };
+        let counts = &mut self.result.lookups;
+        counts.lookups += 1;
         let irradiance = match self.cache.lookup(&query) {
-            Some(found) => self.debiased(found.irradiance, si, dimension, sampler),
-            None => self.uncached(si, dimension, sampler),
+            Some(found) => {
+                counts.records += u64::from(found.records);
+                self.debiased(found.irradiance, si, dimension, sampler)
+            }
+            None => {
+                counts.uncached += 1;
+                self.uncached(si, dimension, sampler)
+            }
         };
         let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;
         *self.layer(|r| &mut r.indirect) += indirect;
