@@ -24,7 +24,7 @@ mod tests;
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
     Bounces, CacheContents, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
-    LookupCounts, Probe, ProbeSettings,
+    LookupCounts, Probe, ProbeSettings, VisibleRecord, VisibleRecords,
 };
 
 use crate::math::Ray;

@@ -34,11 +34,13 @@ mod shade;
 mod signature;
 #[cfg(test)]
 mod tests;
+mod visible;
 
 pub use file::CacheContents;
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
 pub(super) use shade::cached;
+pub use visible::{VisibleRecord, VisibleRecords};
 
 use crate::irradiance::{
     Criterion, Index, Interpolated, LookupSettings, Query, RadiusSettings, Record, lookup,
