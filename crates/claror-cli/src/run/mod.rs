@@ -10,6 +10,7 @@ mod load;
 mod observer;
 pub(crate) mod render;
 mod state_file;
+mod statistics;
 mod verify;
 mod verify_picture;
 mod verify_report;
