@@ -8,6 +8,10 @@ use claror::verify::{LEAST_CHECKS, MOST_CHECKS};
 
 use crate::units;
 
+mod show;
+
+pub(crate) use show::{PointColor, ShowArgs};
+
 /// Physically based renderer for Mitsuba 3 scenes.
 #[derive(Debug, Parser)]
 #[command(
@@ -118,6 +122,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
     #[command(flatten)]
+    pub(crate) show: ShowArgs,
+    #[command(flatten)]
     pub(crate) verify: VerifyArgs,
 }
 
@@ -129,6 +135,7 @@ Examples:
   claror render room.xml --time 10m --checkpoint room.ckpt --resume
   claror render room.xml -i irrcache --cache room.cache --sensor 0
   claror render room.xml -i irrcache --cache room.cache --sensor 1 --cache-mode update
+  claror render room.xml -i irrcache --show-points points.png --show-radii
   claror render room.xml --size 320x180 -p integrator.max_depth=4 -o - | display exr:-
 
 Ctrl-C ends the tile, writes pictures and checkpoint and exits with 130; twice, it stops at once.
@@ -504,6 +511,9 @@ mod tests {
             &["--verify-share", "1.5"],
             &["--every", "5s"],
             &["--cache-mode", "read"],
+            &["--show-radii"],
+            &["--show-color", "red"],
+            &["--show-points", "a.png", "--show-color", "mauve"],
             &["--cache", "a.cache", "--cache-mode", "append"],
             &["-q", "-v"],
             &["--format", "gif"],

@@ -9,6 +9,7 @@ pub(crate) mod info;
 mod load;
 mod observer;
 pub(crate) mod render;
+mod show_points;
 mod state_file;
 mod statistics;
 mod verify;

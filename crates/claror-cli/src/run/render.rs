@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 use super::cache_file::{self, CacheFile, CacheWriter};
 use super::load;
 use super::observer::Watch;
+use super::show_points::{self, Shown};
 use super::state_file;
 use super::statistics::{self, Times};
 use super::verify::{self, Checking, Verified};
@@ -257,6 +258,11 @@ fn finish(job: &Job, scene: &Scene, rendered: &Rendered) -> Result<Exit, Failure
     let phase = Phase::start(job.console, job.interrupts, "write", OnInterrupt::Worker);
     let mut written = write_all(job, &content, &output.state);
     written.extend(rewrite_cache(rendered, output.cache.as_ref()));
+    let shown = show_points(job, scene, output).transpose();
+    let shown = shown.unwrap_or_else(|failure| {
+        written.push(Err(failure));
+        None
+    });
     phase.finish();
     report_non_finite(job, output);
     if written.iter().any(Result::is_err) {
@@ -266,10 +272,14 @@ fn finish(job: &Job, scene: &Scene, rendered: &Rendered) -> Result<Exit, Failure
     for output in &job.config.outputs {
         job.console.result(&output.name());
     }
+    if let Some(shown) = &shown {
+        job.console.result(&shown.line());
+    }
     job.console.result(&summary(output, elapsed));
     report_cache(job, rendered);
     let verified = verified(job, scene, output, elapsed)?;
     let mut event = result_event(job, rendered);
+    event["show_points"] = shown.map_or(Value::Null, |shown| shown.json());
     if let Some(verified) = &verified {
         verified.show(job.console, output.cache.as_ref());
         event["verification"] = verified.json(output.cache.as_ref());
@@ -299,6 +309,21 @@ fn verified(
     let (console, interrupts, pool) = (job.console, job.interrupts, job.pool);
     let checking = Checking { config, console, interrupts, pool, sensor: job.sensor };
     verify::run(&checking, scene, output, elapsed)
+}
+
+/// Draws the records of the cache, if that was asked for and there are any.
+fn show_points(job: &Job, scene: &Scene, output: &RenderOutput) -> Option<Result<Shown, Failure>> {
+    let config = job.config.show_points.as_ref()?;
+    let Some(cache) = &output.cache else {
+        let file = config.file.display();
+        let warning = format!("{file} is not written: the irradiance cache is not complete");
+        job.console.warning(&Report::warning(warning));
+        return None;
+    };
+    let sensor = &scene.tables.sensors[job.sensor];
+    let (picture, exposure) = (&output.picture, job.config.exposure);
+    let work = || show_points::write(config, scene, sensor, picture, cache, exposure);
+    Some(job.pool.install(work))
 }
 
 /// A cache that could not be written when it was ready gets a second chance.
