@@ -1,8 +1,9 @@
-//! What a look-up does, for people who want to see it. Slower than [`lookup`] and apart from it.
+//! What a look-up does, for people who want to see it: slower than [`super::lookup()`], and apart
+//! from it.
 
 use super::index::Index;
 use super::kernel::{LookupSettings, Query, Rejection, rejection};
-use super::lookup::{Interpolated, candidates, lookup};
+use super::lookup::{Interpolated, lookup_with};
 use super::record::Record;
 
 /// Why no record serves a point.
@@ -21,7 +22,7 @@ pub enum Miss {
 /// A look-up with what went into it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inspection {
-    /// What [`lookup`] finds, or why it finds nothing.
+    /// What [`super::lookup()`] finds, or why it finds nothing.
     pub found: Result<Interpolated, Miss>,
     /// Sum of the weights, also where it does not suffice.
     pub weight: f32,
@@ -35,34 +36,32 @@ pub struct Inspection {
     pub radius: f32,
 }
 
-/// Looks up as [`lookup`] does, and tells more.
+/// Looks up as [`super::lookup()`] does, and tells more.
 pub fn inspect(
     records: &[Record],
     index: &Index,
     query: &Query,
     settings: &LookupSettings,
 ) -> Inspection {
-    let used = candidates(records, index, query, settings);
-    let (mut weight, mut inverse_distance, mut radius) = (0.0, 0.0, 0.0);
-    for candidate in &used {
-        let record = &records[candidate.index as usize];
-        let w = f64::from(candidate.weight);
-        weight += w;
-        inverse_distance += w / f64::from(record.harmonic_mean_distance);
-        radius += w * f64::from(record.radii[0]);
-    }
-    let found = lookup(records, index, query, settings)
-        .ok_or_else(|| miss(records, index, query, settings));
+    let (mut used, mut weight, mut inverse_distance, mut radius) = (0, 0.0, 0.0, 0.0);
+    let found = lookup_with(records, index, query, settings, |candidates| {
+        used = candidates.len() as u32;
+        for candidate in candidates {
+            let record = &records[candidate.index as usize];
+            let w = f64::from(candidate.weight);
+            weight += w;
+            inverse_distance += w / f64::from(record.harmonic_mean_distance);
+            radius += w * f64::from(record.radii[0]);
+        }
+    });
+    let means = (used > 0).then(|| (weight / inverse_distance, radius / weight));
+    let (harmonic_mean_distance, radius) = means.unwrap_or((f64::INFINITY, 0.0));
     Inspection {
-        found,
+        found: found.ok_or_else(|| miss(records, index, query, settings)),
         weight: weight as f32,
-        records: used.len() as u32,
-        harmonic_mean_distance: if used.is_empty() {
-            f32::INFINITY
-        } else {
-            (weight / inverse_distance) as f32
-        },
-        radius: if used.is_empty() { 0.0 } else { (radius / weight) as f32 },
+        records: used,
+        harmonic_mean_distance: harmonic_mean_distance as f32,
+        radius: radius as f32,
     }
 }
 

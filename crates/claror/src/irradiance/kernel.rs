@@ -110,7 +110,7 @@ pub struct Reach {
 /// Weight of a record for a query, and the square of their distance; `None` when it must not be
 /// used. The validity tests are Ward's, made independent of scale: the record must face the same
 /// side, be near, and not lie in front of the query, where it may see past what shadows the query.
-#[inline]
+#[inline(always)]
 pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Option<(f32, f32)> {
     let delta = query.p - record.position;
     let distance2 = delta.length_squared();
@@ -135,7 +135,7 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
 }
 
 /// The weight by offset and by one minus the cosine between the normals; 0 outside of the region.
-#[inline]
+#[inline(always)]
 fn kernel(record: &Record, delta: Vec3, turned: f32, settings: &LookupSettings) -> f32 {
     let short = record.radii[0];
     match settings.weight {
@@ -194,7 +194,7 @@ pub fn rejection(record: &Record, query: &Query, settings: &LookupSettings) -> O
 }
 
 /// Whether the record may see past what shadows the query.
-#[inline]
+#[inline(always)]
 fn is_in_front(record: &Record, query: &Query, delta: Vec3, settings: &LookupSettings) -> bool {
     let height = 0.5 * delta.dot(query.n_smooth + record.normal);
     let tolerance = if settings.in_front > 0.0 {
@@ -206,7 +206,7 @@ fn is_in_front(record: &Record, query: &Query, delta: Vec3, settings: &LookupSet
     height < -tolerance
 }
 
-#[inline]
+#[inline(always)]
 fn smooth(record: &Record, delta: Vec3, turned: f32, overlap: f32) -> f32 {
     let [short, long] = record.radii;
     let u = delta.dot(record.axis);

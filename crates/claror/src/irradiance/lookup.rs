@@ -42,7 +42,31 @@ pub fn lookup(
     query: &Query,
     settings: &LookupSettings,
 ) -> Option<Interpolated> {
-    let candidates = candidates(records, index, query, settings);
+    lookup_with(records, index, query, settings, |_| ())
+}
+
+/// [`lookup`] that shows to `show` what goes in. A function of its own for each of its users, so
+/// that nobody's look-ups pay for those of others.
+#[inline(always)]
+pub(super) fn lookup_with(
+    records: &[Record],
+    index: &Index,
+    query: &Query,
+    settings: &LookupSettings,
+    show: impl FnOnce(&Candidates),
+) -> Option<Interpolated> {
+    let mut candidates = Candidates::new();
+    index.for_candidates(query.p, |i| {
+        if let Some(record) = records.get(i as usize)
+            && let Some((weight, distance2)) = weight(record, query, settings)
+        {
+            insert(&mut candidates, Candidate { index: i, weight, distance2 });
+        }
+    });
+    if settings.nearest > 0 {
+        keep_nearest(&mut candidates, settings.nearest as usize);
+    }
+    show(&candidates);
     let total: f64 = candidates.iter().map(|c| f64::from(c.weight)).sum();
     if !(total > 0.0 && total >= f64::from(settings.min_weight)) {
         return None;
@@ -58,28 +82,6 @@ pub fn lookup(
         weight: total as f32,
         records: candidates.len() as u32,
     })
-}
-
-/// All records that go in, by their numbers.
-#[inline(always)]
-pub(super) fn candidates(
-    records: &[Record],
-    index: &Index,
-    query: &Query,
-    settings: &LookupSettings,
-) -> Candidates {
-    let mut candidates = Candidates::new();
-    index.for_candidates(query.p, |i| {
-        if let Some(record) = records.get(i as usize)
-            && let Some((weight, distance2)) = weight(record, query, settings)
-        {
-            insert(&mut candidates, Candidate { index: i, weight, distance2 });
-        }
-    });
-    if settings.nearest > 0 {
-        keep_nearest(&mut candidates, settings.nearest as usize);
-    }
-    candidates
 }
 
 /// Keeps the list sorted by number.
