@@ -8,6 +8,10 @@ use claror::verify::{LEAST_CHECKS, MOST_CHECKS};
 
 use crate::units;
 
+mod show;
+
+pub(crate) use show::{PointColor, ShowArgs};
+
 /// Physically based renderer for Mitsuba 3 scenes.
 #[derive(Debug, Parser)]
 #[command(
@@ -118,6 +122,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
     #[command(flatten)]
+    pub(crate) show: ShowArgs,
+    #[command(flatten)]
     pub(crate) verify: VerifyArgs,
 }
 
@@ -129,6 +135,7 @@ Examples:
   claror render room.xml --time 10m --checkpoint room.ckpt --resume
   claror render room.xml -i irrcache --cache room.cache --sensor 0
   claror render room.xml -i irrcache --cache room.cache --sensor 1 --cache-mode update
+  claror render room.xml -i irrcache --show-points points.png --show-radii
   claror render room.xml --size 320x180 -p integrator.max_depth=4 -o - | display exr:-
 
 Ctrl-C ends the tile, writes pictures and checkpoint and exits with 130; twice, it stops at once.
@@ -174,7 +181,9 @@ pub(crate) struct OutputArgs {
     /// Also write features of what is seen as layers of the EXR file, separated by commas
     ///
     /// The features are albedo, depth, position, uv, geo_normal, sh_normal, dp_du, dp_dv,
-    /// prim_index and shape_index. NAME:FEATURE gives the layer a name of its own.
+    /// prim_index and shape_index; of the integrator irrcache also irradiance,
+    /// harmonic_mean_distance, record_radius, record_count, lookup_weight and cache_miss.
+    /// NAME:FEATURE gives the layer a name of its own.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) aov: Vec<String>,
 }
@@ -502,6 +511,9 @@ mod tests {
             &["--verify-share", "1.5"],
             &["--every", "5s"],
             &["--cache-mode", "read"],
+            &["--show-radii"],
+            &["--show-color", "red"],
+            &["--show-points", "a.png", "--show-color", "mauve"],
             &["--cache", "a.cache", "--cache-mode", "append"],
             &["-q", "-v"],
             &["--format", "gif"],

@@ -6,11 +6,14 @@ use std::time::Duration;
 use claror::integrator::{Aov, AovKind, IntegratorKind};
 use claror::render::RenderSettings;
 use claror::scene::SceneTables;
+use claror::spectrum::Rgb;
 use claror_io::image::Format;
 
 use claror::verify::{Budget, VerifySettings};
 
-use crate::args::{self, CacheArgs, CacheMode, ChangeArgs, RenderArgs, SceneArgs, VerifyArgs};
+use crate::args::{
+    self, CacheArgs, CacheMode, ChangeArgs, PointColor, RenderArgs, SceneArgs, ShowArgs, VerifyArgs,
+};
 use crate::exit::Failure;
 use crate::output::{self, Destination, Output};
 use crate::parameters::{self, Target};
@@ -27,6 +30,7 @@ pub(crate) struct RenderConfig {
     pub(crate) changes: ChangeArgs,
     pub(crate) checkpoint: Option<Checkpoint>,
     pub(crate) cache: Option<Cache>,
+    pub(crate) show_points: Option<ShowPoints>,
     pub(crate) verify: Option<VerifyConfig>,
 }
 
@@ -71,13 +75,8 @@ impl VerifyConfig {
                 None => Ok(None),
             };
         }
-        let picture = args.verify_picture.as_ref().map(|path| {
-            let output = Output::new(path, Format::Png)?;
-            match output.destination {
-                Destination::File(path) => Ok((path, output.format)),
-                Destination::Stdout => Err(Failure::usage("--verify-picture takes a file")),
-            }
-        });
+        let picture = args.verify_picture.as_ref();
+        let picture = picture.map(|path| picture_file("--verify-picture", path));
         let default = VerifySettings::default();
         Ok(Some(Self {
             checks: args.verify.flatten(),
@@ -107,6 +106,40 @@ impl VerifyConfig {
     }
 }
 
+/// The file of a further picture, and its format.
+fn picture_file(option: &str, path: &Path) -> Result<(PathBuf, Format), Failure> {
+    let output = Output::new(path, Format::Png)?;
+    match output.destination {
+        Destination::File(path) => Ok((path, output.format)),
+        Destination::Stdout => Err(Failure::usage(format!("{option} takes a file"))),
+    }
+}
+
+/// A picture that shows the records of the irradiance cache.
+#[derive(Debug)]
+pub(crate) struct ShowPoints {
+    pub(crate) file: PathBuf,
+    pub(crate) format: Format,
+    pub(crate) radii: bool,
+    pub(crate) color: Rgb,
+}
+
+impl ShowPoints {
+    fn new(args: &ShowArgs) -> Result<Option<Self>, Failure> {
+        let Some(path) = &args.show_points else { return Ok(None) };
+        let (file, format) = picture_file("--show-points", path)?;
+        let color = match args.show_color {
+            PointColor::Black => Rgb::BLACK,
+            PointColor::White => Rgb::WHITE,
+            PointColor::Red => Rgb::new(1.0, 0.0, 0.0),
+            PointColor::Green => Rgb::new(0.0, 1.0, 0.0),
+            PointColor::Blue => Rgb::new(0.0, 0.0, 1.0),
+            PointColor::Yellow => Rgb::new(1.0, 1.0, 0.0),
+        };
+        Ok(Some(Self { file, format, radii: args.show_radii, color }))
+    }
+}
+
 /// Where and how often the state is kept.
 #[derive(Debug)]
 pub(crate) struct Checkpoint {
@@ -127,6 +160,7 @@ impl RenderConfig {
     pub(crate) fn new(args: RenderArgs, task: Task, json: bool) -> Result<Self, Failure> {
         let outputs = outputs(&args, task, json)?;
         let verify = VerifyConfig::new(&args.verify, task)?;
+        let show_points = ShowPoints::new(&args.show)?;
         let checkpoint = args.checkpoint.checkpoint.map(|file| Checkpoint {
             file,
             every: args.checkpoint.every,
@@ -142,6 +176,7 @@ impl RenderConfig {
             })
             .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
             .chain(written_cache.map(|cache| cache.file.as_path()))
+            .chain(show_points.iter().map(|show| show.file.as_path()))
             .chain(verify.iter().filter_map(|v| Some(v.picture.as_ref()?.0.as_path())))
             .collect();
         output::check_writable(&files)?;
@@ -160,6 +195,7 @@ impl RenderConfig {
             changes: args.change,
             checkpoint,
             cache,
+            show_points,
             verify,
         })
     }
@@ -176,18 +212,31 @@ impl RenderConfig {
             Target { integrator: &mut tables.integrator, sensor: &mut tables.sensors[index] };
         change(&mut target, &self.changes)?;
         let kind = target.integrator.kind;
-        if self.cache.is_some() && kind != IntegratorKind::IrradianceCache {
-            let name = parameters::integrator_name(kind);
-            return Err(Failure::usage(format!("--cache: the integrator {name} uses no cache"))
-                .hint("-i irrcache chooses the one that does"));
-        }
         for aov in &self.aovs {
             if tables.aovs.iter().any(|other| other.name == aov.name) {
                 return Err(Failure::usage(format!("two layers would be called {}", aov.name)));
             }
             tables.aovs.push(aov.clone());
         }
+        self.check_cache(kind, &tables.aovs)?;
         Ok(index)
+    }
+
+    /// Fails if something is asked of an irradiance cache and the integrator uses none.
+    fn check_cache(&self, kind: IntegratorKind, aovs: &[Aov]) -> Result<(), Failure> {
+        if kind == IntegratorKind::IrradianceCache {
+            return Ok(());
+        }
+        let layer = aovs.iter().find(|aov| aov.kind.needs_cache());
+        let what = match layer {
+            _ if self.cache.is_some() => "--cache".to_owned(),
+            _ if self.show_points.is_some() => "--show-points".to_owned(),
+            Some(aov) => format!("layer {}", aov.name),
+            None => return Ok(()),
+        };
+        let name = parameters::integrator_name(kind);
+        Err(Failure::usage(format!("{what}: the integrator {name} uses no cache"))
+            .hint("-i irrcache chooses the one that does"))
     }
 }
 

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 
 use super::cache_file::{self, CacheFile};
 use super::info::{Info, number, triple};
+use super::statistics;
 use crate::args::{CacheCommand, ExportArgs};
 use crate::exit::{Exit, Failure};
 use crate::messages::Console;
@@ -47,29 +48,16 @@ fn show(file: &Path, console: &Console) -> Result<Exit, Failure> {
 }
 
 fn records(info: &mut Info, statistics: &CacheStatistics) {
-    let CacheStatistics { records, discarded, invalid, raised, crevices, walks, rays } =
-        *statistics;
-    let count = units::grouped(records as u64);
-    info.line("records", &format!("{count}: {raised} at the least radius, {crevices} in crevices"));
-    let (walks, rays) = (units::decimal(walks as f64), units::decimal(rays as f64));
-    info.line(
-        "",
-        &format!("from {walks}walks and {rays}rays; {discarded} discarded, {invalid} not valid"),
-    );
-    info.json.insert("statistics".to_owned(), statistics_json(statistics));
-}
-
-/// The statistics as a JSON object.
-pub(super) fn statistics_json(statistics: &CacheStatistics) -> Value {
-    json!({
-        "records": statistics.records,
-        "discarded": statistics.discarded,
-        "invalid": statistics.invalid,
-        "at_least_radius": statistics.raised,
-        "crevices": statistics.crevices,
-        "walks": statistics.walks,
-        "rays": statistics.rays,
-    })
+    let count = units::grouped(statistics.records as u64);
+    let [walks, rays] = [statistics.walks as f64, statistics.rays as f64].map(units::decimal);
+    info.line("records", &format!("{count} from {walks}walks and {rays}rays"));
+    for line in statistics::records(statistics) {
+        info.line("", &line);
+    }
+    if let Some(levels) = statistics::levels(statistics) {
+        info.line("", &levels);
+    }
+    info.json.insert("statistics".to_owned(), statistics::cache_json(statistics));
 }
 
 /// Where the records are, and how far they reach.

@@ -22,6 +22,8 @@ pub(crate) struct Watch<'a> {
     cache: Option<&'a CacheWriter<'a>>,
     start: Instant,
     last_checkpoint: Mutex<Instant>,
+    /// When the irradiance cache was complete.
+    prepass: OnceLock<Duration>,
     /// Samples that an earlier run had done.
     first_samples: OnceLock<u64>,
 }
@@ -46,8 +48,14 @@ impl<'a> Watch<'a> {
             cache,
             start,
             last_checkpoint,
+            prepass: OnceLock::new(),
             first_samples,
         }
+    }
+
+    /// Time until the irradiance cache was complete, if it was.
+    pub(crate) fn prepass(&self) -> Option<Duration> {
+        self.prepass.get().copied()
     }
 
     /// Share done by each limit; the first one wins, hence the largest counts.
@@ -117,6 +125,7 @@ impl Observer for Watch<'_> {
     }
 
     fn cache_ready(&self, cache: &IrradianceCache) {
+        self.prepass.get_or_init(|| self.start.elapsed());
         if let Some(writer) = self.cache {
             self.warn(writer.write(cache));
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use claror::integrator::{Aov, CacheStatistics, IrradianceCache};
+use claror::integrator::{Aov, IrradianceCache};
 use claror::render::{
     CacheMode, Fingerprint, RenderError, RenderOutput, RenderSettings, RenderState, Start,
     StartingCache, StopReason,
@@ -14,11 +14,12 @@ use claror_io::scene::LoadedScene;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
-use super::cache::statistics_json;
 use super::cache_file::{self, CacheFile, CacheWriter};
 use super::load;
 use super::observer::Watch;
+use super::show_points::{self, Shown};
 use super::state_file;
+use super::statistics::{self, Times};
 use super::verify::{self, Checking, Verified};
 use crate::args::{self, RenderArgs};
 use crate::config::{Checkpoint, RenderConfig, Task};
@@ -155,9 +156,17 @@ fn first_cache(job: &Job) -> Result<Option<CacheFile>, Failure> {
 struct Rendered<'a> {
     output: RenderOutput,
     elapsed: Duration,
+    /// Until the cache was ready.
+    prepass: Option<Duration>,
     /// Records that the cache began with.
     read_records: usize,
     writer: Option<CacheWriter<'a>>,
+}
+
+impl Rendered<'_> {
+    fn times(&self) -> Times {
+        Times { prepass: self.prepass, all: self.elapsed }
+    }
 }
 
 fn render<'a>(
@@ -179,14 +188,14 @@ fn render<'a>(
     });
     let start = Start { state: resume, cache };
     let phase = Phase::start(job.console, job.interrupts, "render", OnInterrupt::Worker);
-    let output = {
+    let (output, prepass) = {
         let writer = writer.as_ref();
         let watch = Watch::new(&phase, job.interrupts, &job.settings, checkpoint, writer, samples);
         let work = || claror::render::render(scene, job.sensor, &job.settings, start, &watch);
-        job.pool.install(work).map_err(|error| refuse(job, error))?
+        (job.pool.install(work).map_err(|error| refuse(job, error))?, watch.prepass())
     };
     let elapsed = phase.finish();
-    Ok(Rendered { output, elapsed, read_records, writer })
+    Ok(Rendered { output, elapsed, prepass, read_records, writer })
 }
 
 fn cache_writer<'a>(
@@ -249,6 +258,11 @@ fn finish(job: &Job, scene: &Scene, rendered: &Rendered) -> Result<Exit, Failure
     let phase = Phase::start(job.console, job.interrupts, "write", OnInterrupt::Worker);
     let mut written = write_all(job, &content, &output.state);
     written.extend(rewrite_cache(rendered, output.cache.as_ref()));
+    let shown = show_points(job, scene, output).transpose();
+    let shown = shown.unwrap_or_else(|failure| {
+        written.push(Err(failure));
+        None
+    });
     phase.finish();
     report_non_finite(job, output);
     if written.iter().any(Result::is_err) {
@@ -258,12 +272,14 @@ fn finish(job: &Job, scene: &Scene, rendered: &Rendered) -> Result<Exit, Failure
     for output in &job.config.outputs {
         job.console.result(&output.name());
     }
-    job.console.result(&summary(output, elapsed));
-    if let Some(cache) = &output.cache {
-        job.console.result(&cache_summary(&cache.statistics, rendered.read_records));
+    if let Some(shown) = &shown {
+        job.console.result(&shown.line());
     }
+    job.console.result(&summary(output, elapsed));
+    report_cache(job, rendered);
     let verified = verified(job, scene, output, elapsed)?;
     let mut event = result_event(job, rendered);
+    event["show_points"] = shown.map_or(Value::Null, |shown| shown.json());
     if let Some(verified) = &verified {
         verified.show(job.console, output.cache.as_ref());
         event["verification"] = verified.json(output.cache.as_ref());
@@ -293,6 +309,21 @@ fn verified(
     let (console, interrupts, pool) = (job.console, job.interrupts, job.pool);
     let checking = Checking { config, console, interrupts, pool, sensor: job.sensor };
     verify::run(&checking, scene, output, elapsed)
+}
+
+/// Draws the records of the cache, if that was asked for and there are any.
+fn show_points(job: &Job, scene: &Scene, output: &RenderOutput) -> Option<Result<Shown, Failure>> {
+    let config = job.config.show_points.as_ref()?;
+    let Some(cache) = &output.cache else {
+        let file = config.file.display();
+        let warning = format!("{file} is not written: the irradiance cache is not complete");
+        job.console.warning(&Report::warning(warning));
+        return None;
+    };
+    let sensor = &scene.tables.sensors[job.sensor];
+    let (picture, exposure) = (&output.picture, job.config.exposure);
+    let work = || show_points::write(config, scene, sensor, picture, cache, exposure);
+    Some(job.pool.install(work))
 }
 
 /// A cache that could not be written when it was ready gets a second chance.
@@ -338,6 +369,16 @@ fn report_non_finite(job: &Job, output: &RenderOutput) {
     )));
 }
 
+fn report_cache(job: &Job, rendered: &Rendered) {
+    let (output, times) = (&rendered.output, rendered.times());
+    let Some(cache) = &output.cache else { return };
+    let (made, lookups) = (&cache.statistics, &output.lookups);
+    job.console.result(&statistics::summary(made, lookups, rendered.read_records));
+    for line in statistics::details(made, lookups, &times) {
+        job.console.detail(&line);
+    }
+}
+
 fn stop_reason(stop: StopReason) -> &'static str {
     match stop {
         StopReason::Samples => "samples",
@@ -367,24 +408,6 @@ fn summary(output: &RenderOutput, elapsed: Duration) -> String {
         StopReason::Cancelled => "interrupted",
     };
     format!("{}: {reason}", parts.join(", "))
-}
-
-/// `1234 records (1000 read) from 65 k walks and 710 k rays; 12 discarded, 3 not valid, 401 at the
-/// least radius, 7 in crevices`.
-fn cache_summary(cache: &CacheStatistics, read: usize) -> String {
-    let read =
-        if read > 0 { format!(" ({} read)", units::grouped(read as u64)) } else { "".into() };
-    format!(
-        "{}{read} from {}walks and {}rays; {} discarded, {} not valid, {} at the least radius, \
-         {} in crevices",
-        units::plural(cache.records as u64, "record"),
-        units::decimal(cache.walks as f64),
-        units::decimal(cache.rays as f64),
-        cache.discarded,
-        cache.invalid,
-        cache.raised,
-        cache.crevices,
-    )
 }
 
 /// What an OpenEXR file says about how it was made.
@@ -428,6 +451,7 @@ fn result_event(job: &Job, rendered: &Rendered) -> Value {
         "height": image.height,
         "spp": output.spp,
         "seconds": seconds(elapsed),
+        "seconds_by_phase": rendered.times().json(),
         "rays": output.rays,
         "rays_per_second": output.rays as f64 / elapsed.as_secs_f64().max(1e-9),
         "error": output.error.is_finite().then_some(output.error),
@@ -435,7 +459,8 @@ fn result_event(job: &Job, rendered: &Rendered) -> Value {
         "stop": stop_reason(output.stop),
         "scene_hash": job.settings.scene_hash,
         "cache": output.cache.as_ref().map(|cache| {
-            let mut object = statistics_json(&cache.statistics);
+            let mut object = statistics::cache_json(&cache.statistics);
+            object["lookups"] = statistics::lookups_json(&output.lookups);
             object["read"] = json!(rendered.read_records);
             object["file"] = json!(job.config.cache.as_ref().map(|cache| file(&cache.file)));
             object

@@ -8,4 +8,5 @@ mod compare;
 mod exit_codes;
 mod json;
 mod render;
+mod show;
 mod verify;

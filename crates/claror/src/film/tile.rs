@@ -1,6 +1,7 @@
 use rayon::prelude::*;
 
 use super::{CropWindow, PixelSums};
+use crate::integrator::LookupCounts;
 
 /// Edge of a tile, pixels.
 pub const TILE_SIZE: u32 = 16;
@@ -60,6 +61,8 @@ pub struct Tile {
     pub aovs: Vec<f64>,
     /// Samples that were not finite.
     pub non_finite: NonFinite,
+    /// What was asked of the irradiance cache.
+    pub lookups: LookupCounts,
 }
 
 /// Which pixels take part in a round.
@@ -100,6 +103,7 @@ impl Film {
                     aovs: vec![0.0; pixels.len() * aov_channels],
                     pixels,
                     non_finite: NonFinite::default(),
+                    lookups: LookupCounts::default(),
                 });
             }
         }
@@ -123,6 +127,11 @@ impl Film {
     /// Samples that were not finite.
     pub fn non_finite(&self) -> NonFinite {
         self.tiles.iter().fold(NonFinite::default(), |sum, tile| sum.merged(tile.non_finite))
+    }
+
+    /// What was asked of the irradiance cache.
+    pub fn lookups(&self) -> LookupCounts {
+        self.tiles.iter().fold(LookupCounts::default(), |sum, tile| sum.merged(tile.lookups))
     }
 
     /// Samples per pixel: of the pixel with the fewest, and of all pixels together.

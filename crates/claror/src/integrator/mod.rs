@@ -24,7 +24,7 @@ mod tests;
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
     Bounces, CacheContents, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
-    Probe, ProbeSettings,
+    LookupCounts, Probe, ProbeSettings, VisibleRecord, VisibleRecords,
 };
 
 use crate::math::Ray;
@@ -100,6 +100,8 @@ pub struct LayeredRadiance {
     pub control: DirectControl,
     /// Tells apart samples that see different things or other lights: 0 where nobody asks.
     pub signature: u32,
+    /// What was asked of the irradiance cache.
+    pub lookups: LookupCounts,
 }
 
 /// Direct light as if nothing stood between surface and lights. Over many samples both have the

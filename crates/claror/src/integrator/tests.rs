@@ -299,14 +299,19 @@ fn further_layers_describe_the_first_surface() {
     let scene = t.build();
     let mut values = Vec::new();
     let ray = Ray::new(Vec3::new(0.0, 0.0, -0.5), Vec3::new(0.0, -1.0, 0.0));
-    eval_aovs(&scene, &scene.tables.aovs, &ray, &mut values);
-    assert_eq!(values.len(), 3 + 1 + 3 + 2 + 3 * 4 + 2);
+    let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+    let mut sampler = Sampler::new(&streams, (0, 0), 0);
+    let mut rays = 0;
+    let aovs = &scene.tables.aovs;
+    eval_aovs(&scene, None, aovs, &ray, &mut sampler, &mut rays, &mut values);
+    assert_eq!((rays, values.len()), (1, 3 + 1 + 3 + 2 + 3 * 4 + 2 + 8));
+    assert_eq!(values.split_off(23), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0], "there is no cache");
     assert_eq!(values[..3], [0.7, 0.6, 0.5]);
     assert!((values[3] - 1.0).abs() < 1e-6);
     assert!((values[5] + 1.0).abs() < 1e-6, "position {:?}", &values[4..7]);
     assert!((values[10] - 1.0).abs() < 1e-6, "geometric normal {:?}", &values[9..12]);
     assert_eq!(values[22], 0.0, "the room is shape 0");
     let miss = Ray { t_max: 0.1, ..ray };
-    eval_aovs(&scene, &scene.tables.aovs, &miss, &mut values);
-    assert!(values.len() == 23 && values.iter().all(|&v| v == 0.0));
+    eval_aovs(&scene, None, aovs, &miss, &mut sampler, &mut rays, &mut values);
+    assert!(values[..23].iter().all(|&v| v == 0.0));
 }

@@ -115,7 +115,7 @@ pub struct Reach {
 /// Weight of a record for a query, and the square of their distance; `None` when it must not be
 /// used. The validity tests are Ward's, made independent of scale: the record must face the same
 /// side, be near, and not lie in front of the query, where it may see past what shadows the query.
-#[inline]
+#[inline(always)]
 pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Option<(f32, f32)> {
     let delta = query.p - record.position;
     let distance2 = delta.length_squared();
@@ -125,33 +125,12 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
     if !(distance2 < far * far && cosine > 0.0) {
         return None;
     }
-    let in_front = 0.5 * delta.dot(query.n_smooth + record.normal);
-    let tolerance = if settings.in_front > 0.0 {
-        let rounding = ULPS * f32::EPSILON * query.p.abs().max_element();
-        (settings.in_front * short).max(rounding)
-    } else {
-        0.0
-    };
-    if in_front < -tolerance {
+    let height = height(record, query, delta);
+    if is_in_front(record, query, height, settings) {
         return None;
     }
     let turned = (1.0 - cosine).max(0.0);
-    let w = match settings.weight {
-        Weight::Smooth => smooth(record, delta, in_front, turned, settings.overlap),
-        Weight::Tent => {
-            let t2 = distance2 / (settings.overlap * short).powi(2);
-            1.0 - t2.max(turned / one_minus_cos(record.max_angle)).sqrt()
-        }
-        Weight::InverseError { accuracy } => {
-            let error = accuracy * (distance2.sqrt() / short) + turned.sqrt();
-            if error >= settings.overlap * accuracy
-                || distance2 >= (settings.overlap * short).powi(2)
-            {
-                return None;
-            }
-            1.0 / error.max(LEAST_ERROR)
-        }
-    };
+    let w = kernel(record, delta, height, turned, settings);
     let w = if record.flags & Record::CREVICE != 0 {
         let excess = (settings.fade * record.natural_radius / short).min(1.0);
         w * excess * excess
@@ -161,8 +140,91 @@ pub fn weight(record: &Record, query: &Query, settings: &LookupSettings) -> Opti
     (w > 0.0).then_some((w, distance2))
 }
 
-#[inline]
-fn smooth(record: &Record, delta: Vec3, in_front: f32, turned: f32, overlap: f32) -> f32 {
+/// The weight by offset and by one minus the cosine between the normals; 0 outside of the region.
+#[inline(always)]
+fn kernel(
+    record: &Record,
+    delta: Vec3,
+    height: f32,
+    turned: f32,
+    settings: &LookupSettings,
+) -> f32 {
+    let short = record.radii[0];
+    match settings.weight {
+        Weight::Smooth => smooth(record, delta, height, turned, settings.overlap),
+        Weight::Tent => {
+            let t2 = delta.length_squared() / (settings.overlap * short).powi(2);
+            1.0 - t2.max(turned / one_minus_cos(record.max_angle)).sqrt()
+        }
+        Weight::InverseError { accuracy } => {
+            let distance2 = delta.length_squared();
+            let error = accuracy * (distance2.sqrt() / short) + turned.sqrt();
+            if error >= settings.overlap * accuracy
+                || distance2 >= (settings.overlap * short).powi(2)
+            {
+                return 0.0;
+            }
+            1.0 / error.max(LEAST_ERROR)
+        }
+    }
+}
+
+/// Why a record does not serve a query, in the order of the tests.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rejection {
+    /// It is too far away, whatever its normal.
+    Far,
+    /// It faces elsewhere, and would not serve even at its own position.
+    Turned,
+    /// It lies in front of the query.
+    InFront,
+    /// Distance and angle together leave it no weight.
+    Weightless,
+}
+
+/// Why [`weight`] gives no weight; `None` where it does.
+pub fn rejection(record: &Record, query: &Query, settings: &LookupSettings) -> Option<Rejection> {
+    if weight(record, query, settings).is_some() {
+        return None;
+    }
+    let delta = query.p - record.position;
+    let far = settings.overlap * record.radii[1];
+    let cosine = query.n_smooth.dot(record.normal);
+    let is_weightless = |delta: Vec3, turned: f32| {
+        let weight = kernel(record, delta, 0.0, turned, settings);
+        weight.is_nan() || weight <= 0.0
+    };
+    Some(if delta.length_squared() >= far * far || is_weightless(delta, 0.0) {
+        Rejection::Far
+    } else if cosine <= 0.0 || is_weightless(Vec3::ZERO, (1.0 - cosine).max(0.0)) {
+        Rejection::Turned
+    } else if is_in_front(record, query, height(record, query, delta), settings) {
+        Rejection::InFront
+    } else {
+        Rejection::Weightless
+    })
+}
+
+/// Of the query over the mean tangent plane of both.
+#[inline(always)]
+fn height(record: &Record, query: &Query, delta: Vec3) -> f32 {
+    0.5 * delta.dot(query.n_smooth + record.normal)
+}
+
+/// Whether the record may see past what shadows the query.
+#[inline(always)]
+fn is_in_front(record: &Record, query: &Query, height: f32, settings: &LookupSettings) -> bool {
+    let tolerance = if settings.in_front > 0.0 {
+        let rounding = ULPS * f32::EPSILON * query.p.abs().max_element();
+        (settings.in_front * record.radii[0]).max(rounding)
+    } else {
+        0.0
+    };
+    height < -tolerance
+}
+
+#[inline(always)]
+fn smooth(record: &Record, delta: Vec3, height: f32, turned: f32, overlap: f32) -> f32 {
     let [short, long] = record.radii;
     let u = delta.dot(record.axis);
     let h = delta.dot(record.normal);
@@ -171,7 +233,7 @@ fn smooth(record: &Record, delta: Vec3, in_front: f32, turned: f32, overlap: f32
     let distance2 = u * u
         + across2 * (ratio * ratio)
         + h * h * (1.0 / (THICKNESS * THICKNESS))
-        + in_front * in_front * (1.0 / (STEP * STEP));
+        + height * height * (1.0 / (STEP * STEP));
     let reach2 = overlap * overlap * short * short;
     let largest = one_minus_cos(record.max_angle);
     if distance2 < reach2 && turned < largest {

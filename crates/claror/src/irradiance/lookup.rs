@@ -23,14 +23,15 @@ pub struct Interpolated {
     pub records: u32,
 }
 
+/// A record that goes into a look-up.
 #[derive(Clone, Copy)]
-struct Candidate {
-    index: u32,
-    weight: f32,
+pub(super) struct Candidate {
+    pub(super) index: u32,
+    pub(super) weight: f32,
     distance2: f32,
 }
 
-type Candidates = ArrayVec<Candidate, CAPACITY>;
+pub(super) type Candidates = ArrayVec<Candidate, CAPACITY>;
 
 /// Irradiance at a point from the records around it; `None` when too few of them can serve it.
 ///
@@ -40,6 +41,19 @@ pub fn lookup(
     index: &Index,
     query: &Query,
     settings: &LookupSettings,
+) -> Option<Interpolated> {
+    lookup_with(records, index, query, settings, |_| ())
+}
+
+/// [`lookup`] that shows to `show` what goes in. A function of its own for each of its users, so
+/// that nobody's look-ups pay for those of others.
+#[inline(always)]
+pub(super) fn lookup_with(
+    records: &[Record],
+    index: &Index,
+    query: &Query,
+    settings: &LookupSettings,
+    show: impl FnOnce(&Candidates),
 ) -> Option<Interpolated> {
     let mut candidates = Candidates::new();
     index.for_candidates(query.p, |i| {
@@ -52,6 +66,7 @@ pub fn lookup(
     if settings.nearest > 0 {
         keep_nearest(&mut candidates, settings.nearest as usize);
     }
+    show(&candidates);
     let total: f64 = candidates.iter().map(|c| f64::from(c.weight)).sum();
     if !(total > 0.0 && total >= f64::from(settings.min_weight)) {
         return None;

@@ -13,6 +13,7 @@
 mod criterion;
 mod hemisphere;
 mod index;
+mod inspect;
 mod kernel;
 mod lookup;
 mod mesh;
@@ -28,7 +29,8 @@ pub use criterion::{
 };
 pub use hemisphere::{Cell, Grid, Hemisphere};
 pub use index::{Bvh, Cells, Index, LeafOctree, Octree};
-pub use kernel::{LookupSettings, Query, Reach, Weight, weight};
+pub use inspect::{Inspection, Miss, inspect};
+pub use kernel::{LookupSettings, Query, Reach, Rejection, Weight, rejection, weight};
 pub use lookup::{Interpolated, lookup};
 pub use mesh::{
     Derivatives, MeshRule, MeshSettings, MeshTopology, luminance_gradient, mesh_derivatives,

@@ -20,7 +20,7 @@ pub use state::RenderState;
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
-use crate::integrator::IrradianceCache;
+use crate::integrator::{IntegratorKind, IrradianceCache, LookupCounts};
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -104,6 +104,8 @@ pub struct RenderOutput {
     pub error: f32,
     /// Samples that were NaN or infinite and count as black.
     pub non_finite: NonFinite,
+    /// What was asked of the irradiance cache for all samples, those of earlier runs included.
+    pub lookups: LookupCounts,
     /// The irradiance cache, where one was used.
     pub cache: Option<IrradianceCache>,
 }
@@ -126,6 +128,12 @@ pub enum RenderError {
         crop: String,
         /// The film.
         film: String,
+    },
+    /// A layer tells of the irradiance cache, and there is none.
+    #[error("the layer {name} tells of an irradiance cache, which the integrator does not use")]
+    NoCache {
+        /// The layer.
+        name: String,
     },
     /// The state to continue is of another render.
     #[error("the state to continue has {what} {state}, this render has {now}")]
@@ -169,6 +177,10 @@ pub fn render(
             crop: format!("{} x {} at ({}, {})", crop.width, crop.height, crop.x, crop.y),
             film: format!("{} x {}", film.width, film.height),
         });
+    }
+    let uses_cache = scene.tables.integrator.kind == IntegratorKind::IrradianceCache;
+    if let Some(aov) = scene.tables.aovs.iter().find(|aov| aov.kind.needs_cache() && !uses_cache) {
+        return Err(RenderError::NoCache { name: aov.name.clone() });
     }
     let fingerprint = Fingerprint::new(scene, chosen, settings);
     let start = start.into();

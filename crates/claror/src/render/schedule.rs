@@ -159,6 +159,7 @@ pub(super) fn run(
         rays: round.rays.into_inner() + cache_rays,
         error,
         non_finite: state.film.non_finite(),
+        lookups: state.film.lookups(),
         cache,
         state,
     }

@@ -1,7 +1,7 @@
 use super::Fingerprint;
 use crate::bytes::{BytesError, Reader, put_f64, put_text, put_u32, put_u64};
 use crate::film::{CropWindow, Film, LAYERS, NonFinite, PixelSums};
-use crate::integrator::Aov;
+use crate::integrator::{Aov, LookupCounts};
 
 /// Everything that is needed to continue a render.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,8 @@ impl RenderState {
         }
         for tile in &self.film.tiles {
             put_non_finite(&mut out, &tile.non_finite);
+            let LookupCounts { lookups, uncached, records } = tile.lookups;
+            [lookups, uncached, records].into_iter().for_each(|n| put_u64(&mut out, n));
             tile.pixels.iter().for_each(|pixel| put_pixel(&mut out, pixel));
             tile.aovs.iter().for_each(|sum| put_f64(&mut out, *sum));
         }
@@ -60,6 +62,8 @@ impl RenderState {
         let mut film = Film::new(CropWindow { x, y, width, height }, aov_channels);
         for tile in &mut film.tiles {
             tile.non_finite = read_non_finite(&mut reader)?;
+            let [lookups, uncached, records] = [reader.u64()?, reader.u64()?, reader.u64()?];
+            tile.lookups = LookupCounts { lookups, uncached, records };
             for pixel in &mut tile.pixels {
                 *pixel = read_pixel(&mut reader)?;
             }

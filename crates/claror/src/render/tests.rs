@@ -182,6 +182,10 @@ fn impossible_requests_are_refused() {
     scene.tables.sensors[0].film.crop.x = 11;
     let error = render(&scene, 0, &spp(1), None, &Quiet::new()).unwrap_err();
     assert!(matches!(error, RenderError::BadCrop { .. }));
+    scene.tables.sensors[0].film.crop.x = 3;
+    scene.tables.aovs.push(Aov { name: "E".to_owned(), kind: AovKind::Irradiance });
+    let error = render(&scene, 0, &spp(1), None, &Quiet::new()).unwrap_err();
+    assert_eq!(error, RenderError::NoCache { name: "E".to_owned() });
 }
 
 #[test]

@@ -83,14 +83,14 @@ impl<'a> TileRenderer<'a> {
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
         let mut sample =
             radiance(self.scene, &self.integrator, self.cache, &ray, &mut sampler, rays);
+        tile.lookups = tile.lookups.merged(sample.lookups);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {
             tile.non_finite.note((y, x, index));
             sample = LayeredRadiance { alpha: sample.alpha, ..Default::default() };
         }
         tile.pixels[i].add(&sample, weight);
         if !self.aovs.is_empty() {
-            *rays += 1;
-            eval_aovs(self.scene, self.aovs, &ray, values);
+            eval_aovs(self.scene, self.cache, self.aovs, &ray, &mut sampler, rays, values);
             let n = values.len();
             self.add_aovs(&mut tile.aovs[i * n..(i + 1) * n], values, weight, index);
         }

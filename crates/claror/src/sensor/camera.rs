@@ -83,6 +83,22 @@ impl Camera {
         let o = self.to_world.point(origin) + d * near;
         Ray { o, d, t_max: self.far_clip / direction.z - near }
     }
+
+    /// The film position at which the point `p` is seen, pixels of the whole film; with a lens
+    /// through its centre. `None` where no ray goes: not between the clip planes. What
+    /// [`Camera::ray`] reaches from a position comes back to it.
+    pub fn project(&self, p: Vec3) -> Option<Vec2> {
+        let local = self.to_world.inverse_point(p);
+        if !(local.z >= self.near_clip && local.z <= self.far_clip) {
+            return None;
+        }
+        let xy = match self.projection {
+            Projection::Parallel => local.truncate(),
+            Projection::Pinhole | Projection::Lens { .. } => local.truncate() / local.z,
+        };
+        let film = (self.corner - xy) / self.span * self.film;
+        film.is_finite().then_some(film)
+    }
 }
 
 /// Unit square → unit disk, equal areas (Shirley and Chiu 1997, the concentric map).
@@ -190,6 +206,54 @@ mod tests {
                 [1.000656, 1.596721, 2.620704, -0.215509, -0.404079, -0.888975, 19.5],
             ],
         );
+    }
+
+    /// Whatever a ray passes is projected to where the ray came from; outside of the film as well.
+    #[test]
+    fn projection_is_the_inverse_of_rays() {
+        let principal_point_offset = Vec2::new(0.1, -0.2);
+        for kind in [
+            SensorKind::Perspective { fov_x: 1.2, principal_point_offset },
+            SensorKind::ThinLens {
+                fov_x: 1.2,
+                principal_point_offset,
+                aperture_radius: 0.2,
+                focus_distance: 2.0,
+            },
+            SensorKind::Orthographic,
+        ] {
+            let camera = Camera::new(&sensor(kind));
+            for film in [Vec2::ZERO, Vec2::new(7.3, 99.5), Vec2::new(-30.0, 150.0)] {
+                let ray = camera.ray(film, Vec2::splat(0.5));
+                for share in [0.001, 0.1, 0.999] {
+                    let seen = camera.project(ray.at(share * ray.t_max)).expect("in between");
+                    assert!((seen - film).length() < 2e-3, "{kind:?}: {seen} for {film}");
+                }
+                for outside in [-0.01, 1.01] {
+                    assert_eq!(camera.project(ray.at(outside * ray.t_max)), None, "{kind:?}");
+                }
+            }
+            // Behind the camera.
+            assert_eq!(camera.project(Vec3::new(1.8, 3.5, 6.3)), None, "{kind:?}");
+        }
+    }
+
+    /// With a lens, what is in focus is seen at one position through all of it.
+    #[test]
+    fn projection_is_sharp_in_focus() {
+        let kind = SensorKind::ThinLens {
+            fov_x: 0.8,
+            principal_point_offset: Vec2::ZERO,
+            aperture_radius: 0.25,
+            focus_distance: 3.0,
+        };
+        let camera = Camera::new(&sensor(kind));
+        let to_world = sensor(kind).to_world;
+        let film = Vec2::new(30.0, 80.0);
+        let ray = camera.ray(film, Vec2::new(0.1, 0.7));
+        let (o, d) = (to_world.inverse_point(ray.o), to_world.inverse_vector(ray.d));
+        let seen = camera.project(ray.at((3.0 - o.z) / d.z)).expect("between the planes");
+        assert!((seen - film).length() < 1e-3, "{seen}");
     }
 
     /// All rays of one film position meet in the plane of focus.

@@ -175,4 +175,12 @@ fn aov_has_a_nested_integrator() {
     let aovs: Vec<(&str, AovKind)> =
         tables.aovs.iter().map(|a| (a.name.as_str(), a.kind)).collect();
     assert_eq!(aovs, [("d", AovKind::Depth), ("n", AovKind::ShadingNormal)]);
+    let tables = scene(
+        "<integrator type=\"aov\"><string name=\"aovs\" value=\"e:irradiance, cache_miss\"/>\
+         <integrator type=\"irrcache\"/></integrator>",
+    )
+    .tables;
+    assert_eq!(tables.integrator.kind, IntegratorKind::IrradianceCache);
+    let kinds: Vec<AovKind> = tables.aovs.iter().map(|aov| aov.kind).collect();
+    assert_eq!(kinds, [AovKind::Irradiance, AovKind::CacheMiss]);
 }

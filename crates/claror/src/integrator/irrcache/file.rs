@@ -32,12 +32,7 @@ impl CacheContents {
     /// the bytes' number, whatever they say, and what it accepts is fit for look-ups.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let mut reader = Reader::new(bytes);
-        let mut statistics = [0_usize; 5];
-        for count in &mut statistics {
-            *count = usize::try_from(reader.u64()?).map_err(|_| BytesError::BadLength)?;
-        }
-        let [discarded, invalid, raised, crevices, walks] = statistics;
-        let rays = reader.u64()?;
+        let mut statistics = read_statistics(&mut reader)?;
         let count = reader.length(RECORD_BYTES)?;
         // Indices of records have 32 bits, one of them taken.
         if count >= 1 << 31 {
@@ -57,8 +52,7 @@ impl CacheContents {
             _ => return Err(BytesError::BadLength),
         };
         reader.finish()?;
-        let statistics =
-            CacheStatistics { records: count, discarded, invalid, raised, crevices, walks, rays };
+        statistics.records = count;
         Ok(Self { records, statistics, hash })
     }
 
@@ -100,13 +94,7 @@ fn put_cache(
     hash: Option<&IrradianceHash>,
 ) -> Vec<u8> {
     let mut out = Vec::new();
-    // As many records as there are.
-    let CacheStatistics { records: _, discarded, invalid, raised, crevices, walks, rays } =
-        *statistics;
-    for count in [discarded, invalid, raised, crevices, walks] {
-        put_u64(&mut out, count as u64);
-    }
-    put_u64(&mut out, rays);
+    put_statistics(&mut out, statistics);
     put_u64(&mut out, records.len() as u64);
     out.reserve(records.len() * RECORD_BYTES);
     records.iter().for_each(|record| put_record(&mut out, record));
@@ -115,6 +103,49 @@ fn put_cache(
         hash.put(&mut out);
     }
     out
+}
+
+fn put_statistics(out: &mut Vec<u8>, statistics: &CacheStatistics) {
+    let CacheStatistics {
+        // As many as there are.
+        records: _,
+        discarded,
+        invalid,
+        raised,
+        lowered,
+        gradient_limited,
+        ratio_limited,
+        crevices,
+        walks,
+        rays,
+        levels,
+    } = *statistics;
+    let counts =
+        [discarded, invalid, raised, lowered, gradient_limited, ratio_limited, crevices, walks];
+    counts.into_iter().chain(levels).for_each(|count| put_u64(out, count as u64));
+    put_u64(out, rays);
+}
+
+fn read_statistics(reader: &mut Reader) -> Result<CacheStatistics, BytesError> {
+    let mut count = || usize::try_from(reader.u64()?).map_err(|_| BytesError::BadLength);
+    let mut statistics = CacheStatistics {
+        records: 0,
+        discarded: count()?,
+        invalid: count()?,
+        raised: count()?,
+        lowered: count()?,
+        gradient_limited: count()?,
+        ratio_limited: count()?,
+        crevices: count()?,
+        walks: count()?,
+        rays: 0,
+        levels: [0; CacheStatistics::LEVELS],
+    };
+    for level in &mut statistics.levels {
+        *level = count()?;
+    }
+    statistics.rays = reader.u64()?;
+    Ok(statistics)
 }
 
 fn put_record(out: &mut Vec<u8>, record: &Record) {
@@ -296,7 +327,8 @@ mod tests {
     #[test]
     fn made_up_lengths_and_keys_are_refused() {
         let mut bytes = CacheContents::default().to_bytes();
-        bytes[48..56].fill(0xff);
+        let at = 8 * (9 + CacheStatistics::LEVELS);
+        bytes[at..at + 8].fill(0xff);
         assert_eq!(CacheContents::from_bytes(&bytes), Err(BytesError::BadLength));
 
         let with_keys = |keys: &mut dyn Iterator<Item = u64>| {

@@ -28,6 +28,7 @@
 mod file;
 mod gather;
 mod hash;
+mod inspect;
 mod prepass;
 mod probe;
 mod shade;
@@ -35,11 +36,13 @@ mod signature;
 mod sky;
 #[cfg(test)]
 mod tests;
+mod visible;
 
 pub use file::CacheContents;
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
 pub(super) use shade::cached;
+pub use visible::{VisibleRecord, VisibleRecords};
 
 use crate::emitter::Sky;
 use crate::irradiance::{
@@ -126,6 +129,39 @@ impl Default for IrrCacheSettings {
             analytic_direct: true,
             debias: 0.0,
         }
+    }
+}
+
+/// What a render asked of its cache.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LookupCounts {
+    /// Points for which it was asked.
+    pub lookups: u64,
+    /// Those of them that no record served: single rays took the cache's place.
+    pub uncached: u64,
+    /// Records that went into the others, one for each time.
+    pub records: u64,
+}
+
+impl LookupCounts {
+    /// Both together.
+    pub fn merged(self, other: Self) -> Self {
+        Self {
+            lookups: self.lookups + other.lookups,
+            uncached: self.uncached + other.uncached,
+            records: self.records + other.records,
+        }
+    }
+
+    /// Share of the look-ups that no record served; `None` without look-ups.
+    pub fn uncached_share(&self) -> Option<f64> {
+        (self.lookups > 0).then(|| self.uncached as f64 / self.lookups as f64)
+    }
+
+    /// Mean number of records of a look-up that was served; `None` without such look-ups.
+    pub fn mean_records(&self) -> Option<f64> {
+        let served = self.lookups - self.uncached.min(self.lookups);
+        (served > 0).then(|| self.records as f64 / served as f64)
     }
 }
 

@@ -41,12 +41,43 @@ pub struct CacheStatistics {
     pub invalid: usize,
     /// Records whose radius was raised to the lower bound.
     pub raised: usize,
+    /// Records whose radius was lowered to the upper bound.
+    pub lowered: usize,
+    /// Records whose radius was limited so that the linear model stays positive.
+    pub gradient_limited: usize,
+    /// Records whose axis ratio was limited.
+    pub ratio_limited: usize,
     /// Records in crevices.
     pub crevices: usize,
     /// Walks that filled the hash of irradiance, where there is one.
     pub walks: usize,
     /// Rays traced, those of the walks included.
     pub rays: u64,
+    /// Records by the lattice on which they were made: of stride 2ⁱ pixels at index i.
+    pub levels: [usize; Self::LEVELS],
+}
+
+impl CacheStatistics {
+    /// Lattices that a film of 32-bit size may need.
+    pub const LEVELS: usize = 30;
+
+    /// Counts a record that is stored.
+    fn note(&mut self, record: &Record, level: usize) {
+        let counts = [
+            (Record::RAISED, &mut self.raised),
+            (Record::LOWERED, &mut self.lowered),
+            (Record::GRADIENT_LIMITED, &mut self.gradient_limited),
+            (Record::RATIO_LIMITED, &mut self.ratio_limited),
+            (Record::CREVICE, &mut self.crevices),
+        ];
+        for (flag, count) in counts {
+            // What an old file says is not trusted to leave room.
+            *count = count.saturating_add(usize::from(record.flags & flag != 0));
+        }
+        if let Some(count) = self.levels.get_mut(level) {
+            *count = count.saturating_add(1);
+        }
+    }
 }
 
 /// Asked between batches.
@@ -103,6 +134,7 @@ impl IrradianceCache {
                 .collect();
             // Spread out: neighbours in this order are far apart.
             pixels.sort_by_key(|(x, y)| morton(x / stride, y / stride).reverse_bits());
+            filling.level = stride.trailing_zeros() as usize;
             filling.level(&eye, crop.x, crop.y, &pixels, is_cancelled)?;
             is_first = false;
             stride /= 2;
@@ -125,6 +157,8 @@ struct Filling<'a> {
     records: Vec<Record>,
     index: Index,
     statistics: CacheStatistics,
+    /// Logarithm of the lattice's stride.
+    level: usize,
 }
 
 impl<'a> Filling<'a> {
@@ -137,7 +171,8 @@ impl<'a> Filling<'a> {
         for (i, record) in first.records.iter().enumerate() {
             index.insert(i as u32, record);
         }
-        Self { gatherer, lookup, records: first.records, index, statistics: first.statistics }
+        let (records, statistics) = (first.records, first.statistics);
+        Self { gatherer, lookup, records, index, statistics, level: 0 }
     }
 
     /// One lattice.
@@ -194,8 +229,7 @@ impl<'a> Filling<'a> {
                 self.statistics.discarded += 1;
                 continue;
             }
-            self.statistics.raised += usize::from(record.flags & Record::RAISED != 0);
-            self.statistics.crevices += usize::from(record.flags & Record::CREVICE != 0);
+            self.statistics.note(&record, self.level);
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
         }
@@ -248,7 +282,16 @@ pub(super) struct Seen {
 }
 
 /// The first diffuse surface that a ray meets, mirrors and glass followed.
-pub(super) fn first_diffuse(scene: &Scene, mut ray: Ray, sampler: &mut Sampler) -> Option<Seen> {
+pub(super) fn first_diffuse(scene: &Scene, ray: Ray, sampler: &mut Sampler) -> Option<Seen> {
+    first_diffuse_by(scene, ray, |_| (sampler.next_1d(), sampler.next_2d()))
+}
+
+/// The same, with the random numbers that say how to go on behind so many surfaces.
+pub(super) fn first_diffuse_by(
+    scene: &Scene,
+    mut ray: Ray,
+    mut numbers: impl FnMut(u32) -> (f32, Vec2),
+) -> Option<Seen> {
     let (mut way, mut throughput) = (0.0, Rgb::WHITE);
     let mut bsdf = BsdfAtHit::empty();
     for depth in 0..MAX_CHAIN {
@@ -264,7 +307,8 @@ pub(super) fn first_diffuse(scene: &Scene, mut ray: Ray, sampler: &mut Sampler) 
         if bsdf.is_diffuse() {
             return None;
         }
-        let sample = bsdf.sample(sampler.next_1d(), sampler.next_2d())?;
+        let (u_lobe, u) = numbers(depth);
+        let sample = bsdf.sample(u_lobe, u)?;
         throughput *= sample.weight;
         ray = si.spawn_ray(sample.wi);
     }

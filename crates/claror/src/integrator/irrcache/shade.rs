@@ -14,7 +14,7 @@ use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, La
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
 use crate::math::warp::cosine_hemisphere;
-use crate::math::{Frame, Ray};
+use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -77,6 +77,15 @@ pub(in crate::integrator) fn cached(
     chain.finish()
 }
 
+/// The random numbers that say how a chain goes on behind `depth` surfaces.
+pub(super) fn scatter_numbers(sampler: &mut Sampler, depth: u32) -> (f32, Vec2) {
+    let dimension = CAMERA_DIMENSIONS + depth * VERTEX_DIMENSIONS;
+    sampler.set_dimension(dimension + 2);
+    let u_lobe = sampler.next_1d();
+    sampler.set_dimension(dimension + 3);
+    (u_lobe, sampler.next_2d())
+}
+
 impl Chain<'_> {
     fn run(&mut self, mut ray: Ray, sampler: &mut Sampler) {
         let mut bsdf = BsdfAtHit::empty();
@@ -133,10 +142,8 @@ impl Chain<'_> {
         if bsdf.has_smooth() {
             self.add_split_light(si, bsdf, &glossy, &reference, sampler);
         }
-        sampler.set_dimension(dimension + 2);
-        let u_lobe = sampler.next_1d();
-        sampler.set_dimension(dimension + 3);
-        let sample = glossy.sample(u_lobe, sampler.next_2d())?;
+        let (u_lobe, u) = scatter_numbers(sampler, self.depth);
+        let sample = glossy.sample(u_lobe, u)?;
         self.depth += 1;
         self.vertices += u32::from(!sample.is_null);
         self.throughput *= sample.weight;
@@ -188,11 +195,19 @@ impl Chain<'_> {
         }
         let n = lit_normal(si);
         let query = Query { p: si.p, n_smooth: n, n_shading: n };
+        let counts = &mut self.result.lookups;
+        counts.lookups += 1;
         let irradiance = match self.cache.lookup(&query) {
-            Some(found) => self.debiased(found.irradiance, si, dimension, sampler),
+            Some(found) => {
+                counts.records += u64::from(found.records);
+                self.debiased(found.irradiance, si, dimension, sampler)
+            }
             None => match self.averaged(si, dimension, sampler) {
                 Some(irradiance) => irradiance,
-                None => self.uncached(si, dimension, sampler),
+                None => {
+                    self.result.lookups.uncached += 1;
+                    self.uncached(si, dimension, sampler)
+                }
             },
         };
         let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;

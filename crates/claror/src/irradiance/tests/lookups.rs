@@ -26,11 +26,11 @@ pub(super) fn record(p: Vec3, n: Vec3, radius: f32) -> Record {
     }
 }
 
-fn at(p: Vec3, n: Vec3) -> Query {
+pub(super) fn at(p: Vec3, n: Vec3) -> Query {
     Query { p, n_smooth: n, n_shading: n }
 }
 
-fn settings(criterion: Criterion) -> LookupSettings {
+pub(super) fn settings(criterion: Criterion) -> LookupSettings {
     LookupSettings::new(&RadiusSettings::new(criterion))
 }
 
@@ -38,7 +38,7 @@ fn all(records: &[Record], query: &Query, settings: &LookupSettings) -> Option<I
     lookup(records, &Index::All(records.len() as u32), query, settings)
 }
 
-fn unit(rng: &mut TestRng) -> Vec3 {
+pub(super) fn unit(rng: &mut TestRng) -> Vec3 {
     crate::math::warp::uniform_sphere(rng.next_vec2())
 }
 

@@ -4,6 +4,7 @@ mod criteria;
 mod gradients;
 mod hemispheres;
 mod indices;
+mod inspections;
 mod lookups;
 mod rotations;
 mod scene;
