@@ -17,6 +17,8 @@ const LONGEST_ROUND: u32 = 32;
 
 /// Samples after which an adaptive render leaves pixels alone that seem to be done.
 const ADAPTIVE_FROM: u32 = 4;
+/// Samples that a pixel may get at least, however few the scene asks for: few pixels need as many.
+const ADAPTIVE_LIMIT: u32 = 64;
 /// How far off, relative to its value, a pixel may be when it is left alone: of itself, and as a
 /// share of the error asked for, of which the rest is the cache's.
 const TOLERANCE: f32 = 0.006;
@@ -94,11 +96,13 @@ pub(super) fn run(
     let Prepared { cache, rays: cache_rays } = prepared;
     let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
     let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
-    let default = if unlimited { None } else { Some(sensor.sampler.sample_count) };
     // Leaving pixels alone that look done by chance is a bias, which `debias` is to take away.
     let integrator = &scene.tables.integrator;
     let adaptive =
         integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
+    let count = sensor.sampler.sample_count;
+    let default = if adaptive { count.max(ADAPTIVE_LIMIT) } else { count };
+    let default = if unlimited { None } else { Some(default) };
     let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
     let samples = state.film.sample_counts().1;
     let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);

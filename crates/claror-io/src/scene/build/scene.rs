@@ -1,5 +1,7 @@
 //! The scene itself: what its children are.
 
+use claror::integrator::IntegratorKind;
+
 use super::Builder;
 use crate::scene::description::{ObjectIndex, Tag};
 
@@ -36,6 +38,9 @@ impl<'a> Builder<'a> {
             if self.log.is_full() {
                 return;
             }
+        }
+        if self.integrator.is_none() {
+            self.tables.integrator.kind = IntegratorKind::IrradianceCache;
         }
         if self.tables.sensors.is_empty() && !self.log.has_errors() {
             let message = "the scene has no sensor: nobody looks at it";

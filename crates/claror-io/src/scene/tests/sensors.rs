@@ -153,7 +153,8 @@ fn integrators_keep_their_parameters() {
     .integrator;
     assert_eq!(settings.kind, IntegratorKind::Path);
     assert_eq!((settings.max_depth, settings.rr_depth, settings.hide_emitters), (Some(3), 9, true));
-    assert_eq!(scene("").tables.integrator.max_depth, None);
+    let none = scene("").tables.integrator;
+    assert_eq!((none.kind, none.max_depth), (IntegratorKind::IrradianceCache, None));
     let debiased =
         "<integrator type=\"irrcache\"><float name=\"debias\" value=\"0.25\"/></integrator>";
     assert_eq!(scene(debiased).tables.integrator.cache.debias, 0.25);
