@@ -198,6 +198,21 @@ impl<'a> Properties<'a> {
         None
     }
 
+    /// A number, boolean or string as text, for parameters that read texts themselves.
+    pub(super) fn text(&self, name: &'static str) -> Option<String> {
+        let property = self.get(name)?;
+        match &property.value {
+            Value::Float(v) => Some(v.to_string()),
+            Value::Integer(v) => Some(v.to_string()),
+            Value::Boolean(v) => Some(v.to_string()),
+            Value::String(v) => Some(v.clone()),
+            _ => {
+                self.wrong_type(property, "a number, boolean or string");
+                None
+            }
+        }
+    }
+
     /// One of several words, or the first of them as the default; case is ignored.
     pub(super) fn choice<T: Copy>(&self, name: &'static str, known: &[(&'static str, T)]) -> T {
         let default = known[0].1;

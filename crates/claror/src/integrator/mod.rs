@@ -23,8 +23,9 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    Bounces, CacheContents, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
-    Probe, ProbeSettings,
+    Bounces, CacheContents, CacheParameter, CacheStatistics, Cause, IrrCacheSettings,
+    IrradianceCache, IsCancelled, PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe,
+    ProbeSettings,
 };
 
 use crate::math::Ray;

@@ -1,18 +1,7 @@
 //! `irrcache`: indirect irradiance at diffuse surfaces from a cache (Ward, Rubinstein and Clear
 //! 1988), all other light traced.
 //!
-//! | parameter | unit | default | |
-//! |---|---|---|---|
-//! | `error` | 1 | 0.1 | interpolation error that records are spread for; a dial, not a bound |
-//! | `accuracy` | 1 | 0.2 | Ward's `a`, for the other criteria than `hessian` |
-//! | `criterion` | | `hessian` | `thesis`, `ward88`, `ward92`, `tabellion04`, `krivanek06`, `hessian` |
-//! | `noise` | 1 | 0.05 | relative standard error of a record: up to sixteen times the rays until it is met |
-//! | `gather_samples` | 1 | 576 | rays of a record; rounded to a square number |
-//! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
-//! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
-//! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
-//! | `analytic_direct` | | true | direct light of few lights by closed forms times sampled visibility: consistent, a little biased at few samples |
-//! | `debias` | 1 | 0 | share of look-ups that are corrected by a walk: above 0 the picture has the mean of path tracing |
+//! Its parameters are those of [`PARAMETERS`].
 //!
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
@@ -27,101 +16,24 @@
 mod file;
 mod gather;
 mod hash;
+mod parameters;
 mod prepass;
 mod probe;
+mod settings;
 mod shade;
 mod signature;
 #[cfg(test)]
 mod tests;
 
 pub use file::CacheContents;
+pub use parameters::{CacheParameter, PARAMETERS, ParameterError};
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
+pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 
-use crate::irradiance::{
-    Criterion, Index, Interpolated, LookupSettings, Query, RadiusSettings, Record, lookup,
-};
+use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup};
 pub(super) use hash::{IrradianceHash, direct_light};
-
-/// Where the light comes from that a record's rays find.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Bounces {
-    /// Random walks: unbiased.
-    Path,
-    /// Random walks that end where they have gone far enough, at a coarse average of the
-    /// irradiance there: much less noise, a little bias.
-    #[default]
-    Hash,
-}
-
-impl Bounces {
-    /// All of them, the default first.
-    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
-
-    /// As scene files and the command line call it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Hash => "hash",
-        }
-    }
-}
-
-/// Parameters of `irrcache`, see the module.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IrrCacheSettings {
-    /// How far records can be used.
-    pub criterion: Criterion,
-    /// Relative interpolation error, for [`Criterion::Hessian`].
-    pub error: f32,
-    /// Ward's accuracy, for the others.
-    pub accuracy: f32,
-    /// Relative standard error of a record that is worth more rays.
-    pub noise: f32,
-    /// Rays of a record.
-    pub gather_samples: u32,
-    /// Least radius, pixels.
-    pub min_pixel_spacing: f32,
-    /// Largest radius, pixels.
-    pub max_pixel_spacing: f32,
-    /// Light at the ends of a record's rays.
-    pub bounces: Bounces,
-    /// Take the noise of light sampling out of direct light where lights have closed forms.
-    pub analytic_direct: bool,
-    /// Share of look-ups that are corrected by a random walk, 0 to 1.
-    pub debias: f32,
-}
-
-impl IrrCacheSettings {
-    /// Sensible numbers of rays of a record.
-    pub const GATHER_SAMPLES: std::ops::RangeInclusive<u32> = 16..=65_536;
-
-    fn radius(&self) -> RadiusSettings {
-        RadiusSettings {
-            epsilon: self.error,
-            accuracy: self.accuracy,
-            ..RadiusSettings::new(self.criterion)
-        }
-    }
-}
-
-impl Default for IrrCacheSettings {
-    fn default() -> Self {
-        Self {
-            criterion: Criterion::Hessian,
-            error: 0.1,
-            accuracy: 0.2,
-            noise: 0.05,
-            gather_samples: 576,
-            min_pixel_spacing: 3.0,
-            max_pixel_spacing: 160.0,
-            bounces: Bounces::Hash,
-            analytic_direct: true,
-            debias: 0.0,
-        }
-    }
-}
 
 /// Records of irradiance with all that is needed to look them up.
 #[derive(Debug)]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::integrator::{IntegratorKind, IntegratorSettings, radiance};
+use crate::irradiance::Criterion;
 use crate::math::{DVec3, Vec2};
 use crate::render::{Observer, Progress, RenderSettings, RenderState, render};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -140,7 +141,7 @@ fn debias_takes_the_bias_of_a_coarse_cache_away() {
         let mut t = mixed_room(32);
         let cache = IrrCacheSettings {
             criterion: Criterion::Ward88,
-            accuracy: 5.0,
+            accuracy: Some(5.0),
             error: 5.0,
             gather_samples: 16,
             noise: 1e3,

@@ -1,0 +1,302 @@
+//! The parameters of `irrcache` by name: the one table that scene files, the command line, the
+//! documents and the fingerprints of pictures and caches go by.
+
+use super::{Bounces, IrrCacheSettings};
+use crate::irradiance::Criterion;
+
+/// One parameter of [`IrrCacheSettings`].
+#[derive(Debug, Clone, Copy)]
+pub struct CacheParameter {
+    /// As scene files and the command line call it.
+    pub name: &'static str,
+    /// Unit; empty for words and switches, 1 for plain numbers.
+    pub unit: &'static str,
+    /// What it does, one line.
+    pub doc: &'static str,
+    /// Whether records that were made with another value are other records.
+    pub changes_records: bool,
+    field: Field,
+}
+
+/// Where a parameter is, and what it can be.
+#[derive(Debug, Clone, Copy)]
+enum Field {
+    Number {
+        expected: &'static str,
+        is_good: fn(f32) -> bool,
+        get: fn(&IrrCacheSettings) -> f32,
+        set: fn(&mut IrrCacheSettings, f32),
+    },
+    Count {
+        least: u32,
+        most: u32,
+        get: fn(&IrrCacheSettings) -> u32,
+        set: fn(&mut IrrCacheSettings, u32),
+    },
+    Switch {
+        get: fn(&IrrCacheSettings) -> bool,
+        set: fn(&mut IrrCacheSettings, bool),
+    },
+    Word {
+        words: fn() -> Vec<&'static str>,
+        get: fn(&IrrCacheSettings) -> &'static str,
+        /// By place among the words.
+        set: fn(&mut IrrCacheSettings, usize),
+    },
+}
+
+/// Why a parameter cannot be set.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ParameterError {
+    /// No such name.
+    #[error("there is no parameter `{0}`")]
+    Unknown(String),
+    /// Not a value of this parameter.
+    #[error("expected {expected}")]
+    Value {
+        /// What can be.
+        expected: String,
+        /// All values, where they are words.
+        words: Vec<&'static str>,
+    },
+}
+
+const ABOVE_0: &str = "a number above 0";
+
+/// All parameters, in the order in which they are listed.
+pub const PARAMETERS: &[CacheParameter] = &[
+    CacheParameter {
+        name: "criterion",
+        unit: "",
+        doc: "how far records reach, and what its paper says about the rest",
+        changes_records: true,
+        field: Field::Word {
+            words: || {
+                let mut names = Criterion::ALL.map(Criterion::name);
+                names.reverse();
+                names.to_vec()
+            },
+            get: |s| s.criterion.name(),
+            set: |s, i| s.criterion = Criterion::ALL[Criterion::ALL.len() - 1 - i],
+        },
+    },
+    CacheParameter {
+        name: "error",
+        unit: "1",
+        doc: "interpolation error that records are spread for with `hessian`: smaller is finer; a dial, not a bound",
+        changes_records: true,
+        field: positive(|s| s.error, |s, v| s.error = v),
+    },
+    CacheParameter {
+        name: "accuracy",
+        unit: "1",
+        doc: "Ward's a, for all other criteria: smaller is finer",
+        changes_records: true,
+        field: positive(IrrCacheSettings::accuracy, |s, v| s.accuracy = Some(v)),
+    },
+    CacheParameter {
+        name: "noise",
+        unit: "1",
+        doc: "relative standard error of a record: up to sixteen times the rays until it is met",
+        changes_records: true,
+        field: positive(|s| s.noise, |s, v| s.noise = v),
+    },
+    CacheParameter {
+        name: "gather_samples",
+        unit: "rays",
+        doc: "rays of a record; rounded to a grid",
+        changes_records: true,
+        field: Field::Count {
+            least: *IrrCacheSettings::GATHER_SAMPLES.start(),
+            most: *IrrCacheSettings::GATHER_SAMPLES.end(),
+            get: |s| s.gather_samples,
+            set: |s, v| s.gather_samples = v,
+        },
+    },
+    CacheParameter {
+        name: "min_pixel_spacing",
+        unit: "pixels",
+        doc: "least radius of a record",
+        changes_records: true,
+        field: positive(|s| s.min_pixel_spacing, |s, v| s.min_pixel_spacing = v),
+    },
+    CacheParameter {
+        name: "max_pixel_spacing",
+        unit: "pixels",
+        doc: "largest radius of a record",
+        changes_records: true,
+        field: positive(|s| s.max_pixel_spacing, |s, v| s.max_pixel_spacing = v),
+    },
+    CacheParameter {
+        name: "bounces",
+        unit: "",
+        doc: "light at the ends of a record's rays: walks that end at a coarse average, or do not",
+        changes_records: true,
+        field: Field::Word {
+            words: || Bounces::ALL.map(Bounces::name).to_vec(),
+            get: |s| s.bounces.name(),
+            set: |s, i| s.bounces = Bounces::ALL[i],
+        },
+    },
+    CacheParameter {
+        name: "analytic_direct",
+        unit: "",
+        doc: "direct light of up to eight lights by closed forms times sampled visibility: consistent, a little biased at few samples",
+        changes_records: false,
+        field: Field::Switch { get: |s| s.analytic_direct, set: |s, v| s.analytic_direct = v },
+    },
+    CacheParameter {
+        name: "debias",
+        unit: "1",
+        doc: "share of look-ups that a random walk corrects: above 0 the picture has the mean of path tracing, with more noise",
+        changes_records: false,
+        field: Field::Number {
+            expected: "a number between 0 and 1",
+            is_good: |v| (0.0..=1.0).contains(&v),
+            get: |s| s.debias,
+            set: |s, v| s.debias = v,
+        },
+    },
+];
+
+const fn positive(get: fn(&IrrCacheSettings) -> f32, set: fn(&mut IrrCacheSettings, f32)) -> Field {
+    Field::Number { expected: ABOVE_0, is_good: |v| v > 0.0 && v.is_finite(), get, set }
+}
+
+impl CacheParameter {
+    /// The parameter of this name.
+    pub fn find(name: &str) -> Option<&'static Self> {
+        PARAMETERS.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// The value in force, as text that [`CacheParameter::set`] reads.
+    pub fn get(&self, settings: &IrrCacheSettings) -> String {
+        match self.field {
+            Field::Number { get, .. } => get(settings).to_string(),
+            Field::Count { get, .. } => get(settings).to_string(),
+            Field::Switch { get, .. } => get(settings).to_string(),
+            Field::Word { get, .. } => get(settings).to_owned(),
+        }
+    }
+
+    /// Sets the value from text.
+    pub fn set(&self, settings: &mut IrrCacheSettings, value: &str) -> Result<(), ParameterError> {
+        let value = value.trim();
+        let wrong = || ParameterError::Value { expected: self.expected(), words: self.words() };
+        match self.field {
+            Field::Number { is_good, set, .. } => {
+                let number = value.parse().ok().filter(|&number| is_good(number));
+                set(settings, number.ok_or_else(wrong)?);
+            }
+            Field::Count { least, most, set, .. } => {
+                let count = value.parse().ok().filter(|count| (least..=most).contains(count));
+                set(settings, count.ok_or_else(wrong)?);
+            }
+            Field::Switch { set, .. } => match value {
+                "true" | "yes" | "1" => set(settings, true),
+                "false" | "no" | "0" => set(settings, false),
+                _ => return Err(wrong()),
+            },
+            Field::Word { words, set, .. } => {
+                let at = words().iter().position(|word| word.eq_ignore_ascii_case(value));
+                set(settings, at.ok_or_else(wrong)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// What can be its value, in words.
+    pub fn expected(&self) -> String {
+        match self.field {
+            Field::Number { expected, .. } => expected.to_owned(),
+            Field::Count { least, most, .. } => format!("a whole number from {least} to {most}"),
+            Field::Switch { .. } => "true or false".to_owned(),
+            Field::Word { words, .. } => format!("one of {}", words().join(", ")),
+        }
+    }
+
+    fn words(&self) -> Vec<&'static str> {
+        match self.field {
+            Field::Word { words, .. } => words(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Another value of each parameter than the default.
+    fn other(parameter: &CacheParameter) -> String {
+        let now = parameter.get(&IrrCacheSettings::default());
+        match parameter.field {
+            Field::Number { is_good, .. } => {
+                let known = [0.37_f32, 1.5];
+                known.into_iter().find(|&v| is_good(v)).expect("a good one").to_string()
+            }
+            Field::Count { least, .. } => (least + 1).to_string(),
+            Field::Switch { .. } => (now != "true").to_string(),
+            Field::Word { words, .. } => {
+                words().into_iter().find(|word| *word != now).expect("two words").to_owned()
+            }
+        }
+    }
+
+    /// What is set is what is got, nothing else changes but what follows a criterion, and names
+    /// are unique.
+    #[test]
+    fn every_parameter_is_set_and_got() {
+        let default = IrrCacheSettings::default();
+        for parameter in PARAMETERS {
+            let mut settings = default;
+            let value = other(parameter);
+            parameter.set(&mut settings, &value).expect(parameter.name);
+            assert_eq!(parameter.get(&settings), value, "{}", parameter.name);
+            assert_ne!(settings, default, "{}", parameter.name);
+            for unchanged in PARAMETERS.iter().filter(|p| p.name != parameter.name) {
+                if parameter.name != "criterion" {
+                    let (was, is) = (unchanged.get(&default), unchanged.get(&settings));
+                    assert_eq!(was, is, "{} by {}", unchanged.name, parameter.name);
+                }
+            }
+            assert!(!parameter.doc.is_empty() && !parameter.doc.ends_with('.'));
+        }
+        for (i, parameter) in PARAMETERS.iter().enumerate() {
+            assert!(PARAMETERS[..i].iter().all(|p| p.name != parameter.name));
+        }
+    }
+
+    /// The values in force can be set again, whatever the criterion.
+    #[test]
+    fn listed_values_are_values() {
+        for criterion in Criterion::ALL {
+            let settings = IrrCacheSettings { criterion, ..Default::default() };
+            for parameter in PARAMETERS {
+                let mut again = settings;
+                parameter.set(&mut again, &parameter.get(&settings)).expect(parameter.name);
+                assert_eq!(parameter.get(&again), parameter.get(&settings), "{}", parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_values_are_refused() {
+        for (name, value) in [
+            ("criterion", "ward"),
+            ("error", "0"),
+            ("error", "nan"),
+            ("accuracy", "inf"),
+            ("gather_samples", "15"),
+            ("gather_samples", "1e9"),
+            ("analytic_direct", "maybe"),
+            ("debias", "1.5"),
+            ("debias", "-0.1"),
+        ] {
+            let mut settings = IrrCacheSettings::default();
+            let parameter = CacheParameter::find(name).expect(name);
+            assert!(parameter.set(&mut settings, value).is_err(), "{name}={value} was accepted");
+            assert_eq!(settings, IrrCacheSettings::default());
+        }
+    }
+}
