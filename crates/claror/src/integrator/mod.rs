@@ -23,7 +23,7 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    Bounces, CacheContents, CacheParameter, CacheStatistics, Cause, IrrCacheSettings,
+    Bounces, CacheContents, CacheParameter, CacheStatistics, CacheView, Cause, IrrCacheSettings,
     IrradianceCache, IsCancelled, PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe,
     ProbeSettings,
 };
@@ -131,6 +131,18 @@ pub fn radiance(
     scene: &Scene,
     settings: &IntegratorSettings,
     cache: Option<&IrradianceCache>,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> LayeredRadiance {
+    radiance_seen(scene, settings, cache.map(IrradianceCache::all), ray, sampler, rays)
+}
+
+/// [`radiance`] with the part of a cache that a pixel sees.
+pub fn radiance_seen(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    cache: Option<CacheView>,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,

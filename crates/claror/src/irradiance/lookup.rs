@@ -42,7 +42,7 @@ pub fn lookup(
     settings: &LookupSettings,
 ) -> Option<Interpolated> {
     let mut candidates = Candidates::new();
-    index.for_candidates(query.p, |i| {
+    index.for_candidates_of(records.len() as u32, query.p, |i| {
         if let Some(record) = records.get(i as usize)
             && let Some((weight, distance2)) = weight(record, query, settings)
         {

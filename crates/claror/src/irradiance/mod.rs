@@ -10,6 +10,7 @@
 //! irradiance caching practical; Schwarzhaupt, Jensen and Jarosz 2012: Practical Hessian-based
 //! error control for irradiance caching.
 
+mod clamp;
 mod criterion;
 mod hemisphere;
 mod index;
@@ -22,12 +23,13 @@ mod rotational;
 #[cfg(test)]
 mod tests;
 
+pub use clamp::{NeighbourClamp, limited};
 pub use criterion::{
     CreviceRule, Criterion, Estimates, Radii, RadiusBounds, RadiusSettings, clamped_by_neighbour,
     eigenvalues, radii, ward_angle,
 };
 pub use hemisphere::{Cell, Grid, Hemisphere};
-pub use index::{Bvh, Cells, Index, LeafOctree, Octree};
+pub use index::{Bvh, Cells, Index, IndexKind, LeafOctree, Octree};
 pub use kernel::{LookupSettings, Query, Reach, Weight, weight};
 pub use lookup::{Interpolated, lookup};
 pub use mesh::{

@@ -46,6 +46,8 @@ impl Record {
     pub const RATIO_LIMITED: u32 = 8;
     /// Flag: a crevice record, kept from spreading over the lower bound of the radius.
     pub const CREVICE: u32 = 16;
+    /// Flag: the radius was limited by a neighbour's.
+    pub const NEIGHBOUR_LIMITED: u32 = 32;
 
     /// The box of all points that the record may serve with its radii times `factor`, when it
     /// reaches `thickness` times its first radius along its normal. Widened by more than rounding.

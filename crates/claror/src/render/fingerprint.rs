@@ -68,6 +68,11 @@ impl Fingerprint {
         ];
         let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
         entries.extend(cache_entries(&integrator.cache, |parameter| parameter.changes_records));
+        if !integrator.cache.overture() {
+            // What its pixels saw when belongs to one view.
+            let view = (&sensor.kind, &sensor.to_world.to_world, &sensor.film.crop);
+            entries.push(("view".to_owned(), format!("{view:?}")));
+        }
         Self { entries }
     }
 

@@ -3,7 +3,7 @@
 use super::{CacheStatistics, IrrCacheSettings, IrradianceCache, IrradianceHash};
 use crate::bytes::{BytesError, Reader, put_f32, put_u32, put_u64};
 use crate::irradiance::Record;
-use crate::math::Vec3;
+use crate::math::{Bounds3, Vec3};
 use crate::spectrum::Rgb;
 
 /// What a cache holds, without what is derived from it for look-ups.
@@ -72,9 +72,9 @@ impl CacheContents {
         size_of_val(&self.records[..]) + self.hash.as_ref().map_or(0, IrradianceHash::memory_bytes)
     }
 
-    /// Ready for look-ups.
-    pub fn freeze(self, settings: &IrrCacheSettings) -> IrradianceCache {
-        IrradianceCache::new(self.records, self.statistics, settings, self.hash)
+    /// Ready for look-ups in a scene with these bounds, which some indices are made around.
+    pub fn freeze(self, settings: &IrrCacheSettings, bounds: Bounds3) -> IrradianceCache {
+        IrradianceCache::new(self.records, self.statistics, settings, self.hash, bounds)
     }
 }
 
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(contents.statistics, cache.statistics);
         assert_eq!(contents.hash, cache.hash);
         assert_eq!(contents.to_bytes(), bytes);
-        let again = contents.freeze(&settings());
+        let again = contents.freeze(&settings(), Bounds3::EMPTY);
         assert_eq!(again.content_hash(), cache.content_hash());
         let mut found = 0;
         for record in &cache.records {
@@ -226,7 +226,9 @@ mod tests {
 
     #[test]
     fn the_content_hash_sees_records_and_hash_alone() {
-        let hash = |contents: &CacheContents| contents.clone().freeze(&settings()).content_hash();
+        let hash = |contents: &CacheContents| {
+            contents.clone().freeze(&settings(), Bounds3::EMPTY).content_hash()
+        };
         let whole = small();
         let mut other = whole.clone();
         other.statistics.rays += 1;
@@ -257,7 +259,7 @@ mod tests {
                 let mut changed = bytes.clone();
                 changed[at] ^= bit;
                 if let Ok(contents) = CacheContents::from_bytes(&changed) {
-                    contents.freeze(&settings()).lookup(&query);
+                    contents.freeze(&settings(), Bounds3::EMPTY).lookup(&query);
                 }
             }
         }

@@ -91,7 +91,7 @@ impl<'a> Gatherer<'a> {
             let derivatives = mesh_derivatives(&hemisphere, topology, &self.mesh)?;
             estimates.translational = derivatives.gradient;
             estimates.hessian = derivatives.hessian;
-        } else if self.radius.criterion.uses_gradients() {
+        } else if self.settings.cache.needs_gradients() {
             estimates.translational = ward_heckbert_gradient(&hemisphere)?;
         }
         let radii = self.radii(&estimates, place.footprint);
@@ -100,13 +100,19 @@ impl<'a> Gatherer<'a> {
     }
 
     fn radii(&self, estimates: &Estimates, footprint: f32) -> Radii {
+        radii(estimates, &self.bounds(footprint), &self.radius)
+    }
+
+    /// Bounds of radii where a pixel is `footprint` wide: lengths in scene units hold as they are.
+    pub(super) fn bounds(&self, footprint: f32) -> RadiusBounds {
         let cache = &self.settings.cache;
-        let bounds = RadiusBounds {
-            least: cache.min_pixel_spacing * footprint,
-            largest: (cache.max_pixel_spacing * footprint).min(self.largest),
+        let in_pixels = (cache.max_pixel_spacing * footprint).min(self.largest);
+        let given = |length: f32, else_: f32| if length > 0.0 { length } else { else_ };
+        RadiusBounds {
+            least: given(cache.min_radius, cache.min_pixel_spacing * footprint),
+            largest: given(cache.max_radius, in_pixels),
             reference: REFERENCE_PIXELS * footprint,
-        };
-        radii(estimates, &bounds, &self.radius)
+        }
     }
 
     /// Batches of rays until the irradiance is as exact as wanted. Whole batches are added, never

@@ -16,6 +16,8 @@
 mod file;
 mod gather;
 mod hash;
+#[cfg(test)]
+mod knobs;
 mod parameters;
 mod prepass;
 mod probe;
@@ -33,6 +35,7 @@ pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 
 use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup};
+use crate::math::Bounds3;
 pub(super) use hash::{IrradianceHash, direct_light};
 
 /// Records of irradiance with all that is needed to look them up.
@@ -45,6 +48,8 @@ pub struct IrradianceCache {
     index: Index,
     lookup: LookupSettings,
     hash: Option<IrradianceHash>,
+    /// Whether pixels see only what was made up to them.
+    is_history: bool,
 }
 
 /// In the second pass points are served also by a little weight: a record's far side is better
@@ -57,15 +62,64 @@ impl IrradianceCache {
         statistics: CacheStatistics,
         settings: &IrrCacheSettings,
         hash: Option<IrradianceHash>,
+        bounds: Bounds3,
     ) -> Self {
-        let lookup = LookupSettings::new(&settings.radius());
+        let lookup = settings.lookup();
         let lookup = LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup };
-        let index = Index::frozen(&records, lookup.reach());
-        Self { records, statistics, index, lookup, hash }
+        let bounds = with_slack(bounds);
+        let index = Index::finished(settings.index(), &records, bounds, lookup.reach());
+        // Records that several views made are all there from the beginning.
+        let is_history = !settings.overture() && records.is_sorted_by_key(|record| record.key);
+        Self { records, statistics, index, lookup, hash, is_history }
     }
 
     /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
     pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
-        lookup(&self.records, &self.index, query, &self.lookup)
+        self.all().lookup(query)
+    }
+
+    /// All records.
+    pub fn all(&self) -> CacheView<'_> {
+        CacheView { cache: self, records: &self.records }
+    }
+
+    /// The records that a pixel sees: all of them, or with a single pass those that were made for
+    /// the pixels up to this one.
+    pub fn seen_by(&self, (x, y): (u32, u32)) -> CacheView<'_> {
+        if !self.is_history {
+            return self.all();
+        }
+        let key = pixel_key(x, y);
+        let count = self.records.partition_point(|record| record.key <= key);
+        CacheView { cache: self, records: &self.records[..count] }
+    }
+}
+
+/// Bounds that surface points do not round to the outside of.
+fn with_slack(bounds: Bounds3) -> Bounds3 {
+    let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
+    Bounds3 { min: bounds.min - slack, max: bounds.max + slack }
+}
+
+/// Names the record of a pixel. Ascends in raster order.
+fn pixel_key(x: u32, y: u32) -> u64 {
+    u64::from(y) << 32 | u64::from(x)
+}
+
+/// The first records of a cache.
+#[derive(Debug, Clone, Copy)]
+pub struct CacheView<'a> {
+    cache: &'a IrradianceCache,
+    records: &'a [Record],
+}
+
+impl<'a> CacheView<'a> {
+    /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
+    pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
+        lookup(self.records, &self.cache.index, query, &self.cache.lookup)
+    }
+
+    fn hash(&self) -> Option<&'a IrradianceHash> {
+        self.cache.hash.as_ref()
     }
 }

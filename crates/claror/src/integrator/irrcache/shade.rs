@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use super::IrradianceCache;
+use super::CacheView;
 use super::hash::lit_normal;
 use super::signature::Signature;
 use crate::bsdf::BsdfAtHit;
@@ -24,7 +24,7 @@ const MAX_CHAIN: u32 = 64;
 struct Chain<'a> {
     scene: &'a Scene,
     settings: &'a IntegratorSettings,
-    cache: &'a IrradianceCache,
+    cache: CacheView<'a>,
     result: LayeredRadiance,
     /// For all light but emission at the end of the current ray.
     throughput: Rgb,
@@ -54,7 +54,7 @@ struct Closed {
 pub(in crate::integrator) fn cached(
     scene: &Scene,
     settings: &IntegratorSettings,
-    cache: &IrradianceCache,
+    cache: CacheView,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
@@ -225,7 +225,7 @@ impl Chain<'_> {
         let local = cosine_hemisphere(sampler.next_2d());
         let ray = si.spawn_ray(Frame::from_normal(lit_normal(si)).to_world(local));
         let (scene, rays) = (self.scene, &mut self.rays);
-        let hash = self.cache.hash.as_ref().filter(|_| self.settings.cache.debias <= 0.0);
+        let hash = self.cache.hash().filter(|_| self.settings.cache.debias <= 0.0);
         record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays).0 * PI
     }
 

@@ -1,5 +1,6 @@
 //! Tests against closed forms and finite differences in scenes whose irradiance is known exactly.
 
+mod clamps;
 mod criteria;
 mod gradients;
 mod hemispheres;

@@ -1,8 +1,10 @@
 //! The parameters of `irrcache` by name: the one table that scene files, the command line, the
 //! documents and the fingerprints of pictures and caches go by.
 
-use super::{Bounces, IrrCacheSettings};
-use crate::irradiance::Criterion;
+mod table;
+
+use super::IrrCacheSettings;
+pub use table::PARAMETERS;
 
 /// One parameter of [`IrrCacheSettings`].
 #[derive(Debug, Clone, Copy)]
@@ -59,108 +61,6 @@ pub enum ParameterError {
         /// All values, where they are words.
         words: Vec<&'static str>,
     },
-}
-
-const ABOVE_0: &str = "a number above 0";
-
-/// All parameters, in the order in which they are listed.
-pub const PARAMETERS: &[CacheParameter] = &[
-    CacheParameter {
-        name: "criterion",
-        unit: "",
-        doc: "how far records reach, and what its paper says about the rest",
-        changes_records: true,
-        field: Field::Word {
-            words: || {
-                let mut names = Criterion::ALL.map(Criterion::name);
-                names.reverse();
-                names.to_vec()
-            },
-            get: |s| s.criterion.name(),
-            set: |s, i| s.criterion = Criterion::ALL[Criterion::ALL.len() - 1 - i],
-        },
-    },
-    CacheParameter {
-        name: "error",
-        unit: "1",
-        doc: "interpolation error that records are spread for with `hessian`: smaller is finer; a dial, not a bound",
-        changes_records: true,
-        field: positive(|s| s.error, |s, v| s.error = v),
-    },
-    CacheParameter {
-        name: "accuracy",
-        unit: "1",
-        doc: "Ward's a, for all other criteria: smaller is finer",
-        changes_records: true,
-        field: positive(IrrCacheSettings::accuracy, |s, v| s.accuracy = Some(v)),
-    },
-    CacheParameter {
-        name: "noise",
-        unit: "1",
-        doc: "relative standard error of a record: up to sixteen times the rays until it is met",
-        changes_records: true,
-        field: positive(|s| s.noise, |s, v| s.noise = v),
-    },
-    CacheParameter {
-        name: "gather_samples",
-        unit: "rays",
-        doc: "rays of a record; rounded to a grid",
-        changes_records: true,
-        field: Field::Count {
-            least: *IrrCacheSettings::GATHER_SAMPLES.start(),
-            most: *IrrCacheSettings::GATHER_SAMPLES.end(),
-            get: |s| s.gather_samples,
-            set: |s, v| s.gather_samples = v,
-        },
-    },
-    CacheParameter {
-        name: "min_pixel_spacing",
-        unit: "pixels",
-        doc: "least radius of a record",
-        changes_records: true,
-        field: positive(|s| s.min_pixel_spacing, |s, v| s.min_pixel_spacing = v),
-    },
-    CacheParameter {
-        name: "max_pixel_spacing",
-        unit: "pixels",
-        doc: "largest radius of a record",
-        changes_records: true,
-        field: positive(|s| s.max_pixel_spacing, |s, v| s.max_pixel_spacing = v),
-    },
-    CacheParameter {
-        name: "bounces",
-        unit: "",
-        doc: "light at the ends of a record's rays: walks that end at a coarse average, or do not",
-        changes_records: true,
-        field: Field::Word {
-            words: || Bounces::ALL.map(Bounces::name).to_vec(),
-            get: |s| s.bounces.name(),
-            set: |s, i| s.bounces = Bounces::ALL[i],
-        },
-    },
-    CacheParameter {
-        name: "analytic_direct",
-        unit: "",
-        doc: "direct light of up to eight lights by closed forms times sampled visibility: consistent, a little biased at few samples",
-        changes_records: false,
-        field: Field::Switch { get: |s| s.analytic_direct, set: |s, v| s.analytic_direct = v },
-    },
-    CacheParameter {
-        name: "debias",
-        unit: "1",
-        doc: "share of look-ups that a random walk corrects: above 0 the picture has the mean of path tracing, with more noise",
-        changes_records: false,
-        field: Field::Number {
-            expected: "a number between 0 and 1",
-            is_good: |v| (0.0..=1.0).contains(&v),
-            get: |s| s.debias,
-            set: |s, v| s.debias = v,
-        },
-    },
-];
-
-const fn positive(get: fn(&IrrCacheSettings) -> f32, set: fn(&mut IrrCacheSettings, f32)) -> Field {
-    Field::Number { expected: ABOVE_0, is_good: |v| v > 0.0 && v.is_finite(), get, set }
 }
 
 impl CacheParameter {
@@ -226,6 +126,7 @@ impl CacheParameter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::irradiance::Criterion;
 
     /// Another value of each parameter than the default.
     fn other(parameter: &CacheParameter) -> String {
