@@ -5,7 +5,10 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use claror::film::{CropWindow, FilterKind};
-use claror::integrator::{CACHE_PARAMETERS, CacheParameter, IntegratorKind, IntegratorSettings};
+use claror::integrator::{
+    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, IntegratorKind, IntegratorSettings,
+    is_cache_parameter,
+};
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
 
@@ -157,6 +160,9 @@ pub(crate) fn help() -> String {
         let CacheParameter { name, doc, .. } = parameter;
         text += &format!("\n- integrator.{name}: {doc} ({})", parameter.expected());
     }
+    let others: Vec<&str> = CACHE_ALIASES.iter().map(|alias| alias.name).collect();
+    text += "\n\nNames of other programs are taken as well: ";
+    text += &others.join(", ");
     text + "\n\nA max_depth of -1 is no limit, emitter_samples and bsdf_samples are of direct, film.crop is \
           X,Y,W,H. `-v` shows the values in force."
 }
@@ -172,8 +178,8 @@ pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (S
     if let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) {
         return (parameter.set)(target, value.trim()).map_err(wrong);
     }
-    if let Some(parameter) = name.strip_prefix("integrator.").and_then(CacheParameter::find) {
-        return set_of_cache(target.integrator, parameter, value).map_err(wrong);
+    if let Some(name) = name.strip_prefix("integrator.").filter(|name| is_cache_parameter(name)) {
+        return set_of_cache(target.integrator, name, value).map_err(wrong);
     }
     let names = names();
     let known = names.iter().map(String::as_str);
@@ -182,15 +188,11 @@ pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (S
     Err((format!("there is no parameter `{name}`"), hint))
 }
 
-fn set_of_cache(
-    settings: &mut IntegratorSettings,
-    parameter: &CacheParameter,
-    value: &str,
-) -> Result<(), String> {
+fn set_of_cache(settings: &mut IntegratorSettings, name: &str, value: &str) -> Result<(), String> {
     if settings.kind != IntegratorKind::IrradianceCache {
         return Err("only the integrator irrcache has it; add -i irrcache".to_owned());
     }
-    parameter.set(&mut settings.cache, value).map_err(|error| error.to_string())
+    settings.set_cache_parameter(name, value).map(drop).map_err(|error| error.to_string())
 }
 
 /// All parameters with their values, those that do not apply left out.
@@ -435,6 +437,27 @@ mod tests {
         assert_eq!(hint, "did you mean \"integrator.max_depth\"?");
         let (_, hint) = set_one("x", "3").expect_err("unknown");
         assert!(hint.contains("sampler.seed"), "{hint}");
+    }
+
+    #[test]
+    fn names_of_other_programs_set_what_is_listed() {
+        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        let (_, hint) = set(&mut target, "integrator.aa", "0.2").expect_err("no cache");
+        assert!(hint.contains("-i irrcache"), "{hint}");
+        set(&mut target, "integrator.type", "irrcache").expect("a valid value");
+        set(&mut target, "integrator.aa", "0.25").expect("a valid value");
+        set(&mut target, "integrator.ab", "2").expect("a valid value");
+        let (message, hint) = set(&mut target, "integrator.as", "9").expect_err("a bias");
+        assert_eq!(message, "`9` cannot be the value of integrator.as");
+        assert!(hint.contains("noise"), "{hint}");
+        let listed = list(&integrator, &sensor);
+        for (name, value) in [("error", "0.25"), ("accuracy", "0.25"), ("max_depth", "4")] {
+            assert!(listed.contains(&(format!("integrator.{name}"), value.to_owned())));
+        }
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        let (_, hint) = set(&mut target, "integrator.accurcy", "9").expect_err("misspelt");
+        assert_eq!(hint, "did you mean \"integrator.accuracy\"?");
     }
 
     #[test]

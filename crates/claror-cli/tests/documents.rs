@@ -48,3 +48,17 @@ fn every_parameter_of_the_cache_is_documented() {
         named.into_iter().filter(|name| !known.clone().any(|k| k == *name)).collect();
     assert!(made_up.is_empty(), "docs/scene-files.md makes up {made_up:?}");
 }
+
+#[test]
+fn every_name_of_another_program_is_documented() {
+    let file = root().join("docs/parameters-of-others.md");
+    let text = std::fs::read_to_string(file).expect("parameters-of-others.md");
+    let rows = text.lines().filter(|line| line.starts_with("| "));
+    let named: Vec<&str> =
+        rows.flat_map(|row| quoted(row.split('|').nth(2).unwrap_or(""))).collect();
+    for alias in claror::integrator::CACHE_ALIASES {
+        assert!(named.contains(&alias.name), "{} of {} is missing", alias.name, alias.system);
+    }
+    let known = |name: &&&str| claror::integrator::is_cache_parameter(name);
+    assert!(named.iter().all(|name| known(&name)), "{named:?}");
+}

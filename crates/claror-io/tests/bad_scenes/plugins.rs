@@ -334,6 +334,17 @@ fn integrators() -> Vec<Case> {
             "3:1: \"irrcache\" has no parameter \"accurcy\" (did you mean \"accuracy\"?)",
         ),
         scene(
+            "two names of one parameter",
+            "<integrator type=\"irrcache\">\n<float name=\"A\" value=\"0.1\"/>\n\
+             <float name=\"accuracy\" value=\"0.1\"/></integrator>",
+            "4:1: \"accuracy\" stands beside \"A\": give one",
+        ),
+        scene(
+            "what another program does alone",
+            "<integrator type=\"irrcache\">\n<boolean name=\"debug\" value=\"true\"/></integrator>",
+            "3:1: \"debug\" = true cannot be (records are not painted into the picture)",
+        ),
+        scene(
             "colour of a parameter of the cache",
             "<integrator type=\"irrcache\"><rgb name=\"noise\" value=\"0.1\"/></integrator>",
             "\"noise\" of \"irrcache\" is an rgb, expected a number, boolean or string",

@@ -23,9 +23,9 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    Bounces, CacheContents, CacheParameter, CacheStatistics, CacheView, Cause, IrrCacheSettings,
-    IrradianceCache, IsCancelled, PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe,
-    ProbeSettings,
+    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CacheStatistics,
+    CacheView, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
+    PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe, ProbeSettings, is_cache_parameter,
 };
 
 use crate::math::Ray;

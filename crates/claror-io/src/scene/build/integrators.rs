@@ -2,6 +2,7 @@
 
 use claror::integrator::{
     Aov, AovKind, CACHE_PARAMETERS, IntegratorKind, IntegratorSettings, ParameterError,
+    is_cache_parameter,
 };
 
 use super::Builder;
@@ -59,10 +60,24 @@ impl<'a> Builder<'a> {
             None => path(properties),
         };
         let mut settings = IntegratorSettings { kind: IntegratorKind::IrradianceCache, ..inner };
-        for parameter in CACHE_PARAMETERS {
-            let Some(value) = properties.text(parameter.name) else { continue };
-            if let Err(error) = parameter.set(&mut settings.cache, &value) {
-                cannot_be(properties, parameter.name, &value, error);
+        properties.ignore(&CACHE_PARAMETERS.iter().map(|p| p.name).collect::<Vec<_>>());
+        // What was set by which name.
+        let mut given: Vec<(&str, &str)> = Vec::new();
+        if nested.is_empty() && properties.is_given("max_depth") {
+            given.push(("max_depth", "max_depth"));
+        }
+        for (name, value) in properties.texts(is_cache_parameter) {
+            match settings.set_cache_parameter(name, &value) {
+                Ok(targets) => {
+                    for target in targets {
+                        if let Some((_, other)) = given.iter().find(|(t, _)| *t == target) {
+                            let message = format!("\"{name}\" stands beside \"{other}\": give one");
+                            properties.error(name, message, None);
+                        }
+                        given.push((target, name));
+                    }
+                }
+                Err(error) => cannot_be(properties, name, &value, error),
             }
         }
         settings
@@ -105,7 +120,10 @@ fn cannot_be(properties: &Properties, name: &str, value: &str, error: ParameterE
             let near = nearest(value, words).map(|near| format!("did you mean \"{near}\"?"));
             properties.error(name, message, near);
         }
-        other => properties.error(name, other.to_string(), None),
+        other => {
+            let message = format!("\"{name}\" = {} cannot be", short(value));
+            properties.error(name, message, Some(other.to_string()));
+        }
     }
 }
 

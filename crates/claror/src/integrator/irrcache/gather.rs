@@ -36,8 +36,9 @@ pub(super) struct Gatherer<'a> {
     mesh: MeshSettings,
     pub(super) radius: RadiusSettings,
     samples: SamplerTable,
-    /// Largest radius wherever the record is, scene units.
+    /// Largest radius wherever the record is, and size of the scene, scene units.
     largest: f32,
+    extent: f32,
 }
 
 /// Most batches of rays.
@@ -46,6 +47,8 @@ const MAX_BATCHES: u32 = 16;
 const REFERENCE_PIXELS: f32 = 10.0;
 /// Largest radius as a share of the scene's extent.
 const LARGEST_SHARE: f32 = 0.2;
+/// Largest over least radius where they follow from Radiance's ambient resolution.
+const AMBIENT_RANGE: f32 = 64.0;
 /// Distance of rays that met nothing, as a multiple of the scene's extent.
 const FAR: f32 = 10.0;
 
@@ -79,6 +82,7 @@ impl<'a> Gatherer<'a> {
             radius: cache.radius(),
             samples: SamplerTable::new(&sampler, 0, (n * n).next_power_of_two().max(4)),
             largest: LARGEST_SHARE * extent,
+            extent,
         }
     }
 
@@ -106,11 +110,18 @@ impl<'a> Gatherer<'a> {
     /// Bounds of radii where a pixel is `footprint` wide: lengths in scene units hold as they are.
     pub(super) fn bounds(&self, footprint: f32) -> RadiusBounds {
         let cache = &self.settings.cache;
-        let in_pixels = (cache.max_pixel_spacing * footprint).min(self.largest);
-        let given = |length: f32, else_: f32| if length > 0.0 { length } else { else_ };
+        let given = |length: f32, otherwise: f32| if length > 0.0 { length } else { otherwise };
+        let [least, largest] = if cache.ambient_resolution > 0.0 {
+            let accuracy = self.radius.accuracy;
+            let least = self.extent / cache.ambient_resolution;
+            [least, (AMBIENT_RANGE * least).min(self.largest)].map(|radius| accuracy * radius)
+        } else {
+            let pixels = [cache.min_pixel_spacing, cache.max_pixel_spacing].map(|n| n * footprint);
+            [pixels[0], pixels[1].min(self.largest)]
+        };
         RadiusBounds {
-            least: given(cache.min_radius, cache.min_pixel_spacing * footprint),
-            largest: given(cache.max_radius, in_pixels),
+            least: given(cache.min_radius, least),
+            largest: given(cache.max_radius, largest),
             reference: REFERENCE_PIXELS * footprint,
         }
     }

@@ -36,6 +36,7 @@ const COARSE: IrrCacheSettings = IrrCacheSettings {
     max_pixel_spacing: 160.0,
     min_radius: 0.0,
     max_radius: 0.0,
+    ambient_resolution: 0.0,
     max_angle: None,
     crevice_spread: None,
     clamp_neighbor: None,
@@ -98,6 +99,11 @@ fn radii_in_scene_units_override_pixels() {
     assert!(bounded.records.iter().all(|r| r.radii[0] >= 0.12 && r.radii[0] <= 0.2));
     let outside = |r: &Record| r.radii[0] < 0.12 || r.radii[0] > 0.2;
     assert!(usual.records.iter().any(outside), "the test could tell nothing");
+    // Radiance's way: the room is 2 wide.
+    let radiance = IrrCacheSettings { ambient_resolution: 4.0, accuracy: Some(0.3), ..COARSE };
+    let radiance = IrrCacheSettings { crevice_spread: Some(0.0), ..radiance };
+    let least = cache(radiance).records.iter().map(|r| r.radii[0]).fold(f32::INFINITY, f32::min);
+    assert!((least - 0.15).abs() < 0.01, "{least}");
     // A fifth of the scene is a bound in pixels' place only.
     let huge = IrrCacheSettings { error: 1e6, min_radius: 0.9, max_radius: 1.0, ..settings };
     assert!(cache(huge).records.iter().all(|r| r.radii[0] >= 0.9));

@@ -28,7 +28,9 @@ mod signature;
 mod tests;
 
 pub use file::CacheContents;
-pub use parameters::{CacheParameter, PARAMETERS, ParameterError};
+pub use parameters::{
+    ALIASES, CacheAlias, CacheParameter, PARAMETERS, ParameterError, is_cache_parameter,
+};
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
 pub use settings::{Bounces, IrrCacheSettings};

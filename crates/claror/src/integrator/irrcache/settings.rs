@@ -58,6 +58,8 @@ pub struct IrrCacheSettings {
     pub min_radius: f32,
     /// Largest radius, scene units; 0: in pixels.
     pub max_radius: f32,
+    /// Scene's size over the least radius before it is scaled by the accuracy; 0: in pixels.
+    pub ambient_resolution: f32,
     /// Largest angle between the normals of a record and a point that it serves, degrees.
     pub max_angle: Option<f32>,
     /// Largest factor by which the least radius raises others; 0: as large as it must be.
@@ -191,6 +193,7 @@ impl Default for IrrCacheSettings {
             max_pixel_spacing: 160.0,
             min_radius: 0.0,
             max_radius: 0.0,
+            ambient_resolution: 0.0,
             max_angle: None,
             crevice_spread: None,
             clamp_neighbor: None,

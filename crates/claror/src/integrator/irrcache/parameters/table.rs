@@ -109,6 +109,13 @@ pub const PARAMETERS: &[CacheParameter] = &[
         field: not_negative(|s| s.max_radius, |s, v| s.max_radius = v),
     },
     CacheParameter {
+        name: "ambient_resolution",
+        unit: "1",
+        doc: "least radius as in Radiance instead of that in pixels: `accuracy` times the scene's size over this, and 64 times that the largest; 0: in pixels",
+        changes_records: true,
+        field: not_negative(|s| s.ambient_resolution, |s, v| s.ambient_resolution = v),
+    },
+    CacheParameter {
         name: "max_angle",
         unit: "degrees",
         doc: "largest angle between the normals of a record and of a point that it serves",
