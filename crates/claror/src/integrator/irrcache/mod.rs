@@ -8,7 +8,8 @@
 //! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
 //! by one ray, noisily. With `debias` p a look-up Ẽ becomes Ẽ + (X − Ẽ)/p with probability p, where
 //! X is one walk: any p above 0 takes the bias away for noise (p = 1 is X alone), and the picture
-//! gets all of its samples, since leaving pixels alone early is a bias too. Bump and normal maps are not seen by the cache: it takes the smooth normal.
+//! gets all of its samples, since leaving pixels alone early is a bias too. Records lie on smooth
+//! normals; what bump and normal maps make of them is for look-ups, by the rotational gradient.
 //!
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.

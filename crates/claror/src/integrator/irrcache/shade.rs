@@ -12,8 +12,8 @@ use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS
 use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
-use crate::math::warp::cosine_hemisphere;
-use crate::math::{Frame, Ray};
+use crate::math::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::math::{Frame, Ray, Vec3};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -39,6 +39,16 @@ struct Chain<'a> {
     depth: u32,
     vertices: u32,
     rays: u64,
+}
+
+/// A point of which diffuse light is wanted.
+struct Lit<'a> {
+    si: &'a SurfaceInteraction,
+    /// For which irradiance is wanted.
+    n: Vec3,
+    /// The material, where maps turned that normal.
+    bumped: Option<&'a BsdfAtHit<'a>>,
+    albedo: Rgb,
 }
 
 /// Direct light of lights of which there is a closed form.
@@ -191,10 +201,12 @@ impl Chain<'_> {
             return;
         }
         let n = lit_normal(si);
-        let query = Query { p: si.p, n_smooth: n, n_shading: n };
+        let bumped = bsdf.perturbed_diffuse_normal();
+        let query = Query { p: si.p, n_smooth: n, n_shading: bumped.unwrap_or(n) };
+        let at = Lit { si, n: query.n_shading, bumped: bumped.map(|_| bsdf), albedo };
         let irradiance = match self.cache.lookup(&query) {
-            Some(found) => self.debiased(found.irradiance, si, dimension, sampler),
-            None => self.uncached(si, dimension, sampler),
+            Some(found) => self.debiased(found.irradiance, &at, dimension, sampler),
+            None => self.uncached(&at, dimension, sampler),
         };
         let indirect = self.throughput * albedo * irradiance * FRAC_1_PI;
         *self.layer(|r| &mut r.indirect) += indirect;
@@ -203,30 +215,33 @@ impl Chain<'_> {
     /// Cached irradiance whose expectation is that of paths: with a small probability the
     /// difference to one walk is added, as many times as it is left out on average. The cache is
     /// then only a control variate.
-    fn debiased(
-        &mut self,
-        cached: Rgb,
-        si: &SurfaceInteraction,
-        dimension: u32,
-        sampler: &mut Sampler,
-    ) -> Rgb {
+    fn debiased(&mut self, cached: Rgb, at: &Lit, dimension: u32, sampler: &mut Sampler) -> Rgb {
         let probability = self.settings.cache.debias;
         sampler.set_dimension(dimension + 2);
         if probability <= 0.0 || sampler.next_1d() >= probability {
             return cached;
         }
-        let walked = self.uncached(si, dimension, sampler);
+        let walked = self.uncached(at, dimension, sampler);
         cached + (walked - cached) * (1.0 / probability)
     }
 
-    /// Irradiance by one cosine-distributed ray.
-    fn uncached(&mut self, si: &SurfaceInteraction, dimension: u32, sampler: &mut Sampler) -> Rgb {
+    /// Irradiance by one cosine-distributed ray; with bump and normal maps as much of it as they
+    /// leave.
+    fn uncached(&mut self, at: &Lit, dimension: u32, sampler: &mut Sampler) -> Rgb {
         sampler.set_dimension(dimension + 3);
         let local = cosine_hemisphere(sampler.next_2d());
-        let ray = si.spawn_ray(Frame::from_normal(lit_normal(si)).to_world(local));
+        let wi = Frame::from_normal(at.n).to_world(local);
+        let share = at.bumped.map_or(1.0, |bsdf| {
+            let flat = at.albedo.luminance() * cosine_hemisphere_pdf(local.z);
+            if flat > 0.0 { bsdf.eval(wi).diffuse.luminance() / flat } else { 0.0 }
+        });
+        if share <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let ray = at.si.spawn_ray(wi);
         let (scene, rays) = (self.scene, &mut self.rays);
         let hash = self.cache.hash().filter(|_| self.settings.cache.debias <= 0.0);
-        record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays).0 * PI
+        record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays).0 * (PI * share)
     }
 
     /// Next-event estimation at a surface that is only diffuse.
