@@ -41,10 +41,23 @@ pub fn lookup(
     query: &Query,
     settings: &LookupSettings,
 ) -> Option<Interpolated> {
+    lookup_seen(records, index, query, settings, |_| true)
+}
+
+/// [`lookup`] among those valid records for which `is_seen` holds.
+#[inline]
+pub fn lookup_seen(
+    records: &[Record],
+    index: &Index,
+    query: &Query,
+    settings: &LookupSettings,
+    mut is_seen: impl FnMut(&Record) -> bool,
+) -> Option<Interpolated> {
     let mut candidates = Candidates::new();
     index.for_candidates_of(records.len() as u32, query.p, |i| {
         if let Some(record) = records.get(i as usize)
             && let Some((weight, distance2)) = weight(record, query, settings)
+            && is_seen(record)
         {
             insert(&mut candidates, Candidate { index: i, weight, distance2 });
         }

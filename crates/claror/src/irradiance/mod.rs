@@ -11,6 +11,7 @@
 //! error control for irradiance caching.
 
 mod clamp;
+mod corral;
 mod criterion;
 mod hemisphere;
 mod index;
@@ -24,6 +25,7 @@ mod rotational;
 mod tests;
 
 pub use clamp::{NeighbourClamp, limited};
+pub use corral::{SECTORS, rim_distances};
 pub use criterion::{
     CreviceRule, Criterion, Estimates, Radii, RadiusBounds, RadiusSettings, clamped_by_neighbour,
     eigenvalues, radii, ward_angle,
@@ -31,7 +33,7 @@ pub use criterion::{
 pub use hemisphere::{Cell, Grid, Hemisphere};
 pub use index::{Bvh, Cells, Index, IndexKind, LeafOctree, Octree};
 pub use kernel::{LookupSettings, Query, Reach, Weight, weight};
-pub use lookup::{Interpolated, lookup};
+pub use lookup::{Interpolated, lookup, lookup_seen};
 pub use mesh::{
     Derivatives, MeshRule, MeshSettings, MeshTopology, luminance_gradient, mesh_derivatives,
 };

@@ -33,6 +33,11 @@ pub struct Record {
     pub natural_radius: f32,
     /// Sum of [`Record::RAISED`] and so on.
     pub flags: u32,
+    /// Sectors of azimuth about `axis` in which something near stands close to the surface, one bit
+    /// each: see [`Record::sight_of`].
+    pub corral: u32,
+    /// Nearer points see the record all the same, scene units.
+    pub corral_distance: f32,
 }
 
 impl Record {
@@ -76,6 +81,7 @@ impl Record {
             && self.max_angle >= 0.0
             && !self.harmonic_mean_distance.is_nan()
             && !self.natural_radius.is_nan()
+            && !self.corral_distance.is_nan()
     }
 }
 

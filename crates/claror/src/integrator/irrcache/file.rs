@@ -17,7 +17,7 @@ pub struct CacheContents {
 }
 
 /// Bytes of one [`Record`].
-const RECORD_BYTES: usize = 8 + 4 * (3 * 9 + 3 + 2 + 3 + 1);
+const RECORD_BYTES: usize = 8 + 4 * (3 * 9 + 3 + 2 + 3 + 3);
 /// How far squared lengths of unit vectors, and cosines of right angles, may be off. Rounding
 /// alone is below 10⁻⁶; a vector that is wrong on purpose or by damage is farther off than this.
 const NOT_UNIT: f32 = 1e-4;
@@ -128,6 +128,8 @@ fn put_record(out: &mut Vec<u8>, record: &Record) {
         put_f32(out, x);
     }
     put_u32(out, record.flags);
+    put_u32(out, record.corral);
+    put_f32(out, record.corral_distance);
 }
 
 fn read_record(reader: &mut Reader) -> Result<Record, BytesError> {
@@ -150,6 +152,8 @@ fn read_record(reader: &mut Reader) -> Result<Record, BytesError> {
         harmonic_mean_distance: reader.f32()?,
         natural_radius: reader.f32()?,
         flags: reader.u32()?,
+        corral: reader.u32()?,
+        corral_distance: reader.f32()?,
     })
 }
 
@@ -235,6 +239,9 @@ mod tests {
         assert_eq!(hash(&other), hash(&whole));
         other.records[2].irradiance.g *= 1.0 + f32::EPSILON;
         assert_ne!(hash(&other), hash(&whole));
+        let mut other = whole.clone();
+        other.records[0].corral ^= 1 << 31;
+        assert_ne!(hash(&other), hash(&whole));
         let other = CacheContents { hash: None, ..whole.clone() };
         assert_ne!(hash(&other), hash(&whole));
     }
@@ -274,7 +281,8 @@ mod tests {
         };
         assert_eq!(with(|_| ()), Ok(3));
         assert_eq!(with(|r| r.harmonic_mean_distance = f32::INFINITY), Ok(3), "sees nothing");
-        let changes: [fn(&mut Record); 12] = [
+        let changes: [fn(&mut Record); 13] = [
+            |r| r.corral_distance = f32::NAN,
             |r| r.position.x = f32::NAN,
             |r| r.irradiance.b = f32::INFINITY,
             |r| r.translational[2].y = f32::NAN,

@@ -28,7 +28,7 @@ pub(super) struct Place {
 
 /// Makes records: everything that they have in common.
 pub(super) struct Gatherer<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     settings: &'a IntegratorSettings,
     hash: Option<&'a IrradianceHash>,
     grid: Grid,

@@ -41,6 +41,7 @@ const COARSE: IrrCacheSettings = IrrCacheSettings {
     crevice_spread: None,
     clamp_neighbor: None,
     overture: None,
+    leak_protection: Some(false),
     index: None,
     nearest: None,
     overlap: None,
@@ -303,6 +304,7 @@ fn the_museum_is_complete() {
         ("in_front", "0"),
         ("gradients", "false"),
         ("clamp_neighbor", "false"),
+        ("leak_protection", "false"),
         ("overlap", "1"),
     ] {
         assert_eq!(value(&thesis, name), expected, "{name}");

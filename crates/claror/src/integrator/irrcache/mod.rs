@@ -19,6 +19,8 @@ mod gather;
 mod hash;
 #[cfg(test)]
 mod knobs;
+#[cfg(test)]
+mod leaks;
 mod parameters;
 mod prepass;
 mod probe;
@@ -37,8 +39,10 @@ pub use probe::{Cause, Probe, ProbeSettings};
 pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 
-use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup};
-use crate::math::Bounds3;
+use crate::interaction::SurfaceInteraction;
+use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
+use crate::math::{Bounds3, Ray};
+use crate::scene::Scene;
 pub(super) use hash::{IrradianceHash, direct_light};
 
 /// Records of irradiance with all that is needed to look them up.
@@ -98,6 +102,16 @@ impl IrradianceCache {
     }
 }
 
+/// Whether nothing stands between a point and a record, as far as the record knows.
+fn is_in_sight(scene: &Scene, si: &SurfaceInteraction, record: &Record, rays: &mut u64) -> bool {
+    let Some(end) = record.sight_of(si.p) else { return true };
+    let start = si.spawn_origin(end - si.p);
+    let way = end - start;
+    let length = way.length();
+    *rays += 1;
+    length <= 0.0 || !scene.occluded(&Ray { t_max: length, ..Ray::new(start, way / length) })
+}
+
 /// Bounds that surface points do not round to the outside of.
 fn with_slack(bounds: Bounds3) -> Bounds3 {
     let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
@@ -120,6 +134,22 @@ impl<'a> CacheView<'a> {
     /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
     pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
         lookup(self.records, &self.cache.index, query, &self.cache.lookup)
+    }
+
+    /// The same without the records that something hides, if that is wanted.
+    fn lookup_seen(
+        &self,
+        scene: &Scene,
+        si: &SurfaceInteraction,
+        query: &Query,
+        rays: &mut u64,
+    ) -> Option<Interpolated> {
+        let IrradianceCache { index, lookup: settings, .. } = self.cache;
+        if !scene.tables.integrator.cache.leak_protection() {
+            return lookup(self.records, index, query, settings);
+        }
+        let is_seen = |record: &Record| is_in_sight(scene, si, record, rays);
+        lookup_seen(self.records, index, query, settings, is_seen)
     }
 
     fn hash(&self) -> Option<&'a IrradianceHash> {

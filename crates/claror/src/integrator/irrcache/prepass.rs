@@ -14,14 +14,15 @@ use rayon::prelude::*;
 use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
 use super::{
-    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, pixel_key,
-    with_slack,
+    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, is_in_sight,
+    pixel_key, with_slack,
 };
 use crate::bsdf::BsdfAtHit;
 use crate::film::CropWindow;
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{
     Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, limited, lookup,
+    lookup_seen,
 };
 use crate::math::{Bounds3, Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -131,6 +132,8 @@ struct Filling<'a> {
     index: Index,
     statistics: CacheStatistics,
     neighbours: Option<Neighbours>,
+    /// Where leaks are to be avoided.
+    protected_scene: Option<&'a Scene>,
 }
 
 /// What is needed to clamp records by their neighbours.
@@ -181,7 +184,8 @@ impl<'a> Filling<'a> {
             .clamp_neighbor()
             .then(|| Neighbours::new(gatherer.radius.neighbour_slope(), &first.records));
         let CacheContents { records, statistics, .. } = first;
-        Self { gatherer, lookup, records, index, statistics, neighbours }
+        let protected_scene = cache.leak_protection().then_some(gatherer.scene);
+        Self { gatherer, lookup, records, index, statistics, neighbours, protected_scene }
     }
 
     /// From coarse to fine.
@@ -296,7 +300,13 @@ impl<'a> Filling<'a> {
     fn serves(&self, place: &Place) -> bool {
         let n = lit_normal(&place.si);
         let query = Query { p: place.si.p, n_smooth: n, n_shading: n };
-        lookup(&self.records, &self.index, &query, &self.lookup).is_some()
+        let (records, settings) = (&self.records, &self.lookup);
+        let Some(scene) = self.protected_scene else {
+            return lookup(records, &self.index, &query, settings).is_some();
+        };
+        // Far fewer than those of the records: they are not counted.
+        let is_seen = |record: &Record| is_in_sight(scene, &place.si, record, &mut 0);
+        lookup_seen(records, &self.index, &query, settings, is_seen).is_some()
     }
 
     fn finish(mut self) -> (Vec<Record>, CacheStatistics) {

@@ -68,6 +68,8 @@ pub struct IrrCacheSettings {
     pub clamp_neighbor: Option<bool>,
     /// Records are made before the picture.
     pub overture: Option<bool>,
+    /// Points near which something stands ask whether it hides a record.
+    pub leak_protection: Option<bool>,
     /// Structure in which records are found.
     pub index: Option<IndexKind>,
     /// Only so many records, the nearest ones, serve a point; 0: all.
@@ -159,6 +161,10 @@ impl IrrCacheSettings {
         self.overture.unwrap_or(self.criterion != Criterion::Thesis)
     }
 
+    pub(super) fn leak_protection(&self) -> bool {
+        self.leak_protection.unwrap_or(self.criterion != Criterion::Thesis)
+    }
+
     pub(super) fn index(&self) -> IndexKind {
         let museum = self.criterion == Criterion::Thesis;
         self.index.unwrap_or(if museum { IndexKind::Leaves } else { IndexKind::Cells })
@@ -198,6 +204,7 @@ impl Default for IrrCacheSettings {
             crevice_spread: None,
             clamp_neighbor: None,
             overture: None,
+            leak_protection: None,
             index: None,
             nearest: None,
             overlap: None,

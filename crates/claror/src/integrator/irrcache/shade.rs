@@ -204,7 +204,7 @@ impl Chain<'_> {
         let bumped = bsdf.perturbed_diffuse_normal();
         let query = Query { p: si.p, n_smooth: n, n_shading: bumped.unwrap_or(n) };
         let at = Lit { si, n: query.n_shading, bumped: bumped.map(|_| bsdf), albedo };
-        let irradiance = match self.cache.lookup(&query) {
+        let irradiance = match self.cache.lookup_seen(self.scene, si, &query, &mut self.rays) {
             Some(found) => self.debiased(found.irradiance, &at, dimension, sampler),
             None => self.uncached(&at, dimension, sampler),
         };

@@ -157,6 +157,16 @@ pub const PARAMETERS: &[CacheParameter] = &[
         field: Field::Switch { get: IrrCacheSettings::overture, set: |s, v| s.overture = Some(v) },
     },
     CacheParameter {
+        name: "leak_protection",
+        unit: "",
+        doc: "records do not serve points behind thin walls: where something stands close, one short ray asks",
+        changes_records: true,
+        field: Field::Switch {
+            get: IrrCacheSettings::leak_protection,
+            set: |s, v| s.leak_protection = Some(v),
+        },
+    },
+    CacheParameter {
         name: "index",
         unit: "",
         doc: "where records are looked for; all but `leaves`, which forgets neighbours, give the same bits",

@@ -1,0 +1,82 @@
+//! Light behind thin walls.
+
+use super::*;
+use crate::integrator::{IntegratorKind, IntegratorSettings};
+use crate::irradiance::Criterion;
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
+use crate::scene::test_scene::{TestScene, place};
+use crate::sensor::Camera;
+use crate::shape::ShapeKind;
+use crate::spectrum::Rgb;
+
+fn settings(cache: IrrCacheSettings) -> IntegratorSettings {
+    IntegratorSettings {
+        kind: IntegratorKind::IrradianceCache,
+        max_depth: Some(6),
+        cache,
+        ..Default::default()
+    }
+}
+
+/// A room that a wall of a thousandth of its width divides, but for a passage before the camera;
+/// floor and ceiling go through, and the lamp is on one side.
+fn divided_room(cache: IrrCacheSettings) -> Scene {
+    let mut t = TestScene::default();
+    let grey = t.diffuse(Rgb::splat(0.6));
+    let black = t.diffuse(Rgb::BLACK);
+    t.room(grey);
+    for side in [-1.0, 1.0] {
+        let face = place(DVec3::new(0.0005 * side, 0.0, 0.5), DVec3::X * side, DVec3::ONE);
+        t.shape(ShapeKind::Rectangle(face), grey);
+    }
+    let lamp = place(DVec3::new(0.5, 0.99, 0.5), -DVec3::Y, DVec3::splat(0.3));
+    let lamp = t.shape(ShapeKind::Rectangle(lamp), black);
+    t.emit(lamp, Rgb::splat(10.0));
+    t.camera(DVec3::new(0.0, 0.6, -0.95), DVec3::new(0.0, -0.5, 0.5), 100.0, 48);
+    t.tables.integrator = settings(cache);
+    t.build()
+}
+
+/// What the cache says over what walks say, at points of the floor by the dark side of the wall.
+fn ratios(scene: &Scene) -> (Vec<f32>, usize) {
+    let sensor = &scene.tables.sensors[0];
+    let cache = IrradianceCache::build(scene, sensor, &|| false).expect("not cancelled");
+    let camera = Camera::new(sensor);
+    let eye = camera.ray(Vec2::splat(24.0), Vec2::splat(0.5)).o;
+    let probes = ProbeSettings { batches: 4, grid: 12, seed: 5 };
+    let streams = SamplerSettings { kind: SamplerKind::Independent, sample_count: 1, seed: 3 };
+    let mut ratios = Vec::new();
+    for i in 0..8 {
+        for (j, x) in [-0.02, -0.05, -0.1, -0.2].into_iter().enumerate() {
+            let p = Vec3::new(x, -1.0, -0.2 + 0.1 * i as f32);
+            let ray = Ray::new(eye, (p - eye).normalize());
+            let stream = 8 * j as u32 + i;
+            let mut sampler = Sampler::new(&streams, (stream, 0), 0);
+            let probe = cache.probe(scene, &ray, &mut sampler, &probes, stream, &mut 0);
+            let Some(probe) = probe.filter(|probe| probe.position.distance(p) < 0.01) else {
+                continue;
+            };
+            if let Some(found) = probe.cached {
+                ratios.push(found.irradiance.luminance() / probe.expected.luminance());
+            }
+        }
+    }
+    (ratios, cache.records.len())
+}
+
+/// Without protection the dark floor beside the wall is twenty times too bright. With it, what is
+/// left is interpolation on one side, and the walks' noise of some tenths.
+#[test]
+fn thin_walls_keep_light_out() {
+    for criterion in [Criterion::Hessian, Criterion::Ward92] {
+        let cache = IrrCacheSettings { criterion, bounces: Bounces::Path, ..Default::default() };
+        let worst = |ratios: &[f32]| ratios.iter().copied().fold(0.0, f32::max);
+        let with =
+            |on| ratios(&divided_room(IrrCacheSettings { leak_protection: Some(on), ..cache }));
+        let ((leaky, few), (tight, many)) = (with(false), with(true));
+        assert!(worst(&leaky) > 10.0, "{criterion:?}: {leaky:?}");
+        assert!(worst(&tight) < 2.0, "{criterion:?}: {tight:?}");
+        assert!(tight.len() * 10 > leaky.len() * 9 && many < 2 * few);
+    }
+}
