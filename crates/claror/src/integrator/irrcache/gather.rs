@@ -1,4 +1,10 @@
 //! From a point of a surface to a record: rays over the hemisphere, and what follows from them.
+//!
+//! A record is not made where too many rays end within a few of the offsets that keep them off
+//! their own surface: there geometry is finer than its rounding, as where two surfaces coincide,
+//! and what the rays tell is chance. Hits at the backs of surfaces are no sign of a record inside
+//! of something solid, though other programs count them: here a scene does not say which shapes
+//! are closed, and surfaces that scatter on both sides, single sheets among them, are common.
 
 use std::sync::Arc;
 
@@ -47,6 +53,10 @@ const MAX_BATCHES: u32 = 16;
 const REFERENCE_PIXELS: f32 = 10.0;
 /// Largest radius as a share of the scene's extent.
 const LARGEST_SHARE: f32 = 0.2;
+/// Hits that are nearer than so many offsets of the place may be the place's own surface.
+const SELF_HIT_OFFSETS: f32 = 4.0;
+/// No record where more than one ray of so many has such a hit.
+const SELF_HIT_ONE_OF: usize = 4;
 /// Largest over least radius where they follow from Radiance's ambient resolution.
 const AMBIENT_RANGE: f32 = 64.0;
 /// Distance of rays that met nothing, as a multiple of the scene's extent.
@@ -160,6 +170,7 @@ impl<'a> Gatherer<'a> {
         let high = (place.key >> 32) as u32 ^ batch.wrapping_mul(0x9e37_79b9);
         let stream = (place.key as u32, high);
         let mut cells = Vec::with_capacity(self.grid.len());
+        let (nearest, mut too_near) = (SELF_HIT_OFFSETS * place.si.offset, 0);
         for j in 0..rows {
             for i in 0..columns {
                 // Neighbouring cells get neighbouring points of the sequence.
@@ -168,13 +179,17 @@ impl<'a> Gatherer<'a> {
                 let ray = place.si.spawn_ray(frame.to_world(direction));
                 let (radiance, hit) =
                     record_walk(self.scene, self.settings, self.hash, &ray, &mut sampler, rays);
+                too_near += usize::from(hit.as_ref().is_some_and(|hit| hit.t < nearest));
                 let (distance, normal) = hit
                     .map_or((f32::INFINITY, crate::math::Vec3::ZERO), |hit| {
-                        (hit.t.max(4.0 * place.si.offset), frame.to_local(hit.ng))
+                        (hit.t.max(nearest), frame.to_local(hit.ng))
                     });
                 let radiance = if radiance.is_finite() { radiance } else { Rgb::BLACK };
                 cells.push(Cell { direction, distance, normal, flags: 0, radiance });
             }
+        }
+        if too_near * SELF_HIT_ONE_OF > cells.len() {
+            return None;
         }
         Hemisphere::new(self.grid, cells)
     }

@@ -1,5 +1,6 @@
-//! Light behind thin walls.
+//! Light behind thin walls, and places without any room.
 
+use super::gather::{Gatherer, Place};
 use super::*;
 use crate::integrator::{IntegratorKind, IntegratorSettings};
 use crate::irradiance::Criterion;
@@ -79,4 +80,38 @@ fn thin_walls_keep_light_out() {
         assert!(worst(&tight) < 2.0, "{criterion:?}: {tight:?}");
         assert!(tight.len() * 10 > leaky.len() * 9 && many < 2 * few);
     }
+}
+
+/// Where two surfaces are within each other's rounding there is no record; a little farther apart
+/// there is one.
+#[test]
+fn coinciding_surfaces_have_no_records() {
+    let down = Ray::new(Vec3::new(0.1, 0.2, 1.0), -Vec3::Z);
+    let covered_at = |height: f32| {
+        let mut t = TestScene::default();
+        let grey = t.diffuse(Rgb::splat(0.6));
+        let floor = place(DVec3::ZERO, DVec3::Z, DVec3::ONE);
+        t.shape(ShapeKind::Rectangle(floor), grey);
+        let cover = place(DVec3::new(0.0, 0.0, height.into()), -DVec3::Z, DVec3::ONE);
+        t.shape(ShapeKind::Rectangle(cover), grey);
+        let lamp = place(DVec3::new(0.0, 0.0, 2.0), -DVec3::Z, DVec3::ONE);
+        let lamp = t.shape(ShapeKind::Rectangle(lamp), grey);
+        t.emit(lamp, Rgb::WHITE);
+        let noise = IrrCacheSettings { noise: 1e3, bounces: Bounces::Path, ..Default::default() };
+        t.tables.integrator = settings(noise);
+        t.build()
+    };
+    let offset = covered_at(3.0).intersect(&down).expect("the lamp is above the eye").offset;
+    let has_record = |offsets: f32| {
+        let scene = covered_at(offsets * offset);
+        let under = Ray::new(Vec3::new(0.1, 0.2, -1.0), Vec3::Z);
+        let mut si = scene.intersect(&under).expect("the floor");
+        // As seen from within the gap.
+        si.wo = Vec3::Z;
+        let gatherer = Gatherer::new(&scene, &scene.tables.integrator, None, 1);
+        let place = Place { si, footprint: 0.01, key: 7 };
+        gatherer.record(&place, &mut 0).is_some()
+    };
+    assert!(!has_record(2.0));
+    assert!(has_record(50.0));
 }
