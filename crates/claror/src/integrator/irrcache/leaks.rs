@@ -82,6 +82,57 @@ fn thin_walls_keep_light_out() {
     }
 }
 
+/// A table on thin legs needs no protection, since records under it know the table top, and does
+/// not suffer from it.
+#[test]
+fn tables_are_left_alone() {
+    let errors = |on| {
+        let mut t = TestScene::default();
+        let grey = t.diffuse(Rgb::splat(0.6));
+        let black = t.diffuse(Rgb::BLACK);
+        t.room(grey);
+        for (y, facing) in [(-0.7, DVec3::Y), (-0.72, -DVec3::Y)] {
+            let top = place(DVec3::new(0.0, y, 0.2), facing, DVec3::splat(0.4));
+            t.shape(ShapeKind::Rectangle(top), grey);
+        }
+        for (x, z) in [(-0.38, -0.18), (0.38, -0.18), (-0.38, 0.58), (0.38, 0.58)] {
+            for (dx, facing) in [(-0.01, -DVec3::X), (0.01, DVec3::X)] {
+                let centre = DVec3::new(x + dx, -0.86, z);
+                let leg = place(centre, facing, DVec3::new(0.01, 0.14, 1.0));
+                t.shape(ShapeKind::Rectangle(leg), grey);
+            }
+        }
+        let lamp = place(DVec3::new(0.0, 0.99, 0.2), -DVec3::Y, DVec3::splat(0.3));
+        let lamp = t.shape(ShapeKind::Rectangle(lamp), black);
+        t.emit(lamp, Rgb::splat(10.0));
+        t.camera(DVec3::new(0.0, -0.6, -0.95), DVec3::new(0.0, -0.9, 0.2), 90.0, 48);
+        let cache = IrrCacheSettings { leak_protection: Some(on), ..Default::default() };
+        t.tables.integrator = IntegratorSettings { max_depth: None, ..settings(cache) };
+        let scene = t.build();
+        let sensor = &scene.tables.sensors[0];
+        let cache = IrradianceCache::build(&scene, sensor, &|| false).expect("not cancelled");
+        let camera = Camera::new(sensor);
+        let probes = ProbeSettings { batches: 4, grid: 12, seed: 5 };
+        let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 3 };
+        let mut errors: Vec<f32> = Vec::new();
+        for i in 0..200_u16 {
+            // The lower half of the picture: floor and legs.
+            let film =
+                Vec2::new(f32::from(i % 20) + 0.2, f32::from(i / 20) + 0.1) * Vec2::new(2.4, 2.0);
+            let ray = camera.ray(film, Vec2::splat(0.5));
+            let mut sampler = Sampler::new(&streams, (u32::from(i), 0), 0);
+            let probe = cache.probe(&scene, &ray, &mut sampler, &probes, i.into(), &mut 0);
+            let Some((probe, found)) = probe.and_then(|p| Some((p, p.cached?))) else { continue };
+            errors.push((found.irradiance.luminance() / probe.expected.luminance()).ln().abs());
+        }
+        assert!(errors.len() > 120, "{}", errors.len());
+        (errors.iter().sum::<f32>() / errors.len() as f32, cache.records.len())
+    };
+    let ((without, few), (with, many)) = (errors(false), errors(true));
+    assert!(with < 1.1 * without, "mean error {without}, then {with}");
+    assert!(many < few + few / 5, "{few} records, then {many}");
+}
+
 /// Where two surfaces are within each other's rounding there is no record; a little farther apart
 /// there is one.
 #[test]
