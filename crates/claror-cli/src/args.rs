@@ -211,17 +211,8 @@ pub(crate) struct ChangeArgs {
     #[arg(short, long, value_name = "NAME")]
     pub(crate) integrator: Option<String>,
     /// Set a parameter, such as integrator.max_depth=4
-    ///
-    /// The parameters are: integrator.type, integrator.max_depth (-1: no limit),
-    /// integrator.rr_depth, integrator.early_roulette, integrator.hide_emitters,
-    /// integrator.emitter_samples and integrator.bsdf_samples (of direct), integrator.criterion,
-    /// integrator.error, integrator.noise, integrator.accuracy, integrator.gather_samples,
-    /// integrator.min_pixel_spacing, integrator.max_pixel_spacing, integrator.bounces, integrator.sky,
-    /// integrator.analytic_direct, integrator.debias (of irrcache), sampler.type, sampler.seed,
-    /// sampler.sample_count,
-    /// sensor.near_clip, sensor.far_clip, film.width, film.height, film.crop (X,Y,W,H),
-    /// film.alpha, film.rfilter. `-v` shows their values.
     #[arg(
+        long_help = crate::parameters::help(),
         short = 'p',
         long = "parameter",
         value_name = "OBJECT.KEY=VALUE",
@@ -475,8 +466,8 @@ mod tests {
         let render = command.find_subcommand_mut("render").expect("it exists");
         let help = render.render_long_help().to_string();
         let features = claror::integrator::AovKind::ALL.into_iter().map(|kind| kind.name());
-        for name in crate::parameters::names().chain(features) {
-            assert!(help.contains(name), "{name} is not in the help");
+        for name in crate::parameters::names().into_iter().chain(features.map(str::to_owned)) {
+            assert!(help.contains(&name), "{name} is not in the help");
         }
     }
 

@@ -4,10 +4,11 @@
 use std::fmt::Display;
 use std::str::FromStr;
 
-use claror::emitter::Sky;
 use claror::film::{CropWindow, FilterKind};
-use claror::integrator::{Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings};
-use claror::irradiance::Criterion;
+use claror::integrator::{
+    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, IntegratorKind, IntegratorSettings,
+    is_cache_parameter,
+};
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
 
@@ -77,78 +78,6 @@ const PARAMETERS: &[Parameter] = &[
         set: |target, value| set_direct(target.integrator, None, Some(number(value)?)),
     },
     Parameter {
-        name: "integrator.criterion",
-        get: |integrator, _| cache(integrator).map(|c| c.criterion.name().to_owned()),
-        set: |target, value| {
-            let known = Criterion::ALL.map(|c| (c.name(), c));
-            assign(&mut cache_mut(target)?.criterion, one_of(value, &known)?)
-        },
-    },
-    Parameter {
-        name: "integrator.error",
-        get: |integrator, _| cache(integrator).map(|c| c.error.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.error, positive(value)?),
-    },
-    Parameter {
-        name: "integrator.accuracy",
-        get: |integrator, _| cache(integrator).map(|c| c.accuracy.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.accuracy, positive(value)?),
-    },
-    Parameter {
-        name: "integrator.noise",
-        get: |integrator, _| cache(integrator).map(|c| c.noise.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.noise, positive(value)?),
-    },
-    Parameter {
-        name: "integrator.gather_samples",
-        get: |integrator, _| cache(integrator).map(|c| c.gather_samples.to_string()),
-        set: |target, value| match number(value)? {
-            count if IrrCacheSettings::GATHER_SAMPLES.contains(&count) => {
-                assign(&mut cache_mut(target)?.gather_samples, count)
-            }
-            _ => Err("a record takes 16 to 65536 rays".to_owned()),
-        },
-    },
-    Parameter {
-        name: "integrator.min_pixel_spacing",
-        get: |integrator, _| cache(integrator).map(|c| c.min_pixel_spacing.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.min_pixel_spacing, positive(value)?),
-    },
-    Parameter {
-        name: "integrator.max_pixel_spacing",
-        get: |integrator, _| cache(integrator).map(|c| c.max_pixel_spacing.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.max_pixel_spacing, positive(value)?),
-    },
-    Parameter {
-        name: "integrator.bounces",
-        get: |integrator, _| cache(integrator).map(|c| c.bounces.name().to_owned()),
-        set: |target, value| {
-            let known = Bounces::ALL.map(|b| (b.name(), b));
-            assign(&mut cache_mut(target)?.bounces, one_of(value, &known)?)
-        },
-    },
-    Parameter {
-        name: "integrator.sky",
-        get: |integrator, _| cache(integrator).map(|c| c.sky.name().to_owned()),
-        set: |target, value| {
-            let known = Sky::ALL.map(|s| (s.name(), s));
-            assign(&mut cache_mut(target)?.sky, one_of(value, &known)?)
-        },
-    },
-    Parameter {
-        name: "integrator.analytic_direct",
-        get: |integrator, _| cache(integrator).map(|c| c.analytic_direct.to_string()),
-        set: |target, value| assign(&mut cache_mut(target)?.analytic_direct, boolean(value)?),
-    },
-    Parameter {
-        name: "integrator.debias",
-        get: |integrator, _| cache(integrator).map(|c| c.debias.to_string()),
-        set: |target, value| match number(value)? {
-            share if (0.0..=1.0).contains(&share) => assign(&mut cache_mut(target)?.debias, share),
-            _ => Err("expected a share of the look-ups, 0 to 1".to_owned()),
-        },
-    },
-    Parameter {
         name: "sampler.type",
         get: |_, sensor| Some(sampler_name(sensor.sampler.kind).to_owned()),
         set: |target, value| set_sampler(target.sensor, value),
@@ -206,31 +135,78 @@ const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Names of all parameters.
-pub(crate) fn names() -> impl Iterator<Item = &'static str> + Clone {
-    PARAMETERS.iter().map(|parameter| parameter.name)
+/// Names of all parameters: those of the irradiance cache follow the others of the integrator.
+pub(crate) fn names() -> Vec<String> {
+    let (integrator, others) = PARAMETERS.split_at(integrator_parameters());
+    let name = |parameter: &Parameter| parameter.name.to_owned();
+    let of_cache =
+        CACHE_PARAMETERS.iter().map(|parameter| format!("integrator.{}", parameter.name));
+    integrator.iter().map(name).chain(of_cache).chain(others.iter().map(name)).collect()
+}
+
+/// What the help says about `-p`.
+pub(crate) fn help() -> String {
+    let (of_integrator, others) = PARAMETERS.split_at(integrator_parameters());
+    let join = |parameters: &[Parameter]| {
+        parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
+    };
+    let mut text = format!(
+        "Set a parameter, such as integrator.max_depth=4\n\nThe parameters are: {}, {}; and with \
+         the integrator irrcache:\n",
+        join(of_integrator),
+        join(others)
+    );
+    for parameter in CACHE_PARAMETERS {
+        let CacheParameter { name, doc, .. } = parameter;
+        text += &format!("\n- integrator.{name}: {doc} ({})", parameter.expected());
+    }
+    let others: Vec<&str> = CACHE_ALIASES.iter().map(|alias| alias.name).collect();
+    text += "\n\nNames of other programs are taken as well: ";
+    text += &others.join(", ");
+    text + "\n\nA max_depth of -1 is no limit, emitter_samples and bsdf_samples are of direct, film.crop is \
+          X,Y,W,H. `-v` shows the values in force."
+}
+
+/// How many of the first parameters are the integrator's.
+fn integrator_parameters() -> usize {
+    PARAMETERS.iter().take_while(|parameter| parameter.name.starts_with("integrator.")).count()
 }
 
 /// Sets the parameter `name`; the error says what is wrong and, second, what to do.
 pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (String, String)> {
-    let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
-        let all = || format!("known are: {}", names().collect::<Vec<_>>().join(", "));
-        let hint = claror_io::scene::nearest_name_hint(name, names()).unwrap_or_else(all);
-        return Err((format!("there is no parameter `{name}`"), hint));
-    };
-    (parameter.set)(target, value.trim())
-        .map_err(|why| (format!("`{value}` cannot be the value of {name}"), why))
+    let wrong = |why| (format!("`{value}` cannot be the value of {name}"), why);
+    if let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) {
+        return (parameter.set)(target, value.trim()).map_err(wrong);
+    }
+    if let Some(name) = name.strip_prefix("integrator.").filter(|name| is_cache_parameter(name)) {
+        return set_of_cache(target.integrator, name, value).map_err(wrong);
+    }
+    let names = names();
+    let known = names.iter().map(String::as_str);
+    let all = || format!("known are: {}", names.join(", "));
+    let hint = claror_io::scene::nearest_name_hint(name, known).unwrap_or_else(all);
+    Err((format!("there is no parameter `{name}`"), hint))
+}
+
+fn set_of_cache(settings: &mut IntegratorSettings, name: &str, value: &str) -> Result<(), String> {
+    if settings.kind != IntegratorKind::IrradianceCache {
+        return Err("only the integrator irrcache has it; add -i irrcache".to_owned());
+    }
+    settings.set_cache_parameter(name, value).map(drop).map_err(|error| error.to_string())
 }
 
 /// All parameters with their values, those that do not apply left out.
-pub(crate) fn list(
-    integrator: &IntegratorSettings,
-    sensor: &Sensor,
-) -> Vec<(&'static str, String)> {
-    PARAMETERS
-        .iter()
-        .filter_map(|parameter| Some((parameter.name, (parameter.get)(integrator, sensor)?)))
-        .collect()
+pub(crate) fn list(integrator: &IntegratorSettings, sensor: &Sensor) -> Vec<(String, String)> {
+    let (of_integrator, others) = PARAMETERS.split_at(integrator_parameters());
+    let value = |parameter: &Parameter| {
+        Some((parameter.name.to_owned(), (parameter.get)(integrator, sensor)?))
+    };
+    let has_cache = integrator.kind == IntegratorKind::IrradianceCache;
+    let of_cache = CACHE_PARAMETERS.iter().filter(|_| has_cache).map(|parameter| {
+        (format!("integrator.{}", parameter.name), parameter.get(&integrator.cache))
+    });
+    let of_integrator = of_integrator.iter().filter_map(value);
+    of_integrator.chain(of_cache).chain(others.iter().filter_map(value)).collect()
 }
 
 fn assign<T>(place: &mut T, value: T) -> Result<(), String> {
@@ -277,27 +253,6 @@ pub(crate) fn set_integrator(settings: &mut IntegratorSettings, name: &str) -> R
         _ => return Err("the integrators are irrcache, path, direct and depth".to_owned()),
     };
     Ok(())
-}
-
-/// The parameters of the cache, where there is one.
-fn cache(settings: &IntegratorSettings) -> Option<&IrrCacheSettings> {
-    (settings.kind == IntegratorKind::IrradianceCache).then_some(&settings.cache)
-}
-
-fn cache_mut<'a>(target: &'a mut Target) -> Result<&'a mut IrrCacheSettings, String> {
-    if target.integrator.kind == IntegratorKind::IrradianceCache {
-        Ok(&mut target.integrator.cache)
-    } else {
-        Err("only the integrator irrcache has it; add -i irrcache".to_owned())
-    }
-}
-
-fn one_of<T: Copy>(value: &str, known: &[(&str, T)]) -> Result<T, String> {
-    let found = known.iter().find(|(name, _)| *name == value);
-    found.map(|(_, v)| *v).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        format!("expected one of {}", names.join(", "))
-    })
 }
 
 fn direct(kind: IntegratorKind) -> Option<(u32, u32)> {
@@ -424,7 +379,7 @@ mod tests {
         }
     }
 
-    fn set_one(name: &str, value: &str) -> Result<Vec<(&'static str, String)>, (String, String)> {
+    fn set_one(name: &str, value: &str) -> Result<Vec<(String, String)>, (String, String)> {
         let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
         let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
         set(&mut target, name, value)?;
@@ -452,7 +407,7 @@ mod tests {
             ("film.rfilter", "catmullrom"),
         ] {
             let listed = set_one(name, value).expect("a valid value");
-            assert!(listed.contains(&(name, value.to_owned())), "{name} in {listed:?}");
+            assert!(listed.contains(&(name.to_owned(), value.to_owned())), "{name} in {listed:?}");
         }
     }
 
@@ -482,6 +437,27 @@ mod tests {
         assert_eq!(hint, "did you mean \"integrator.max_depth\"?");
         let (_, hint) = set_one("x", "3").expect_err("unknown");
         assert!(hint.contains("sampler.seed"), "{hint}");
+    }
+
+    #[test]
+    fn names_of_other_programs_set_what_is_listed() {
+        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        let (_, hint) = set(&mut target, "integrator.aa", "0.2").expect_err("no cache");
+        assert!(hint.contains("-i irrcache"), "{hint}");
+        set(&mut target, "integrator.type", "irrcache").expect("a valid value");
+        set(&mut target, "integrator.aa", "0.25").expect("a valid value");
+        set(&mut target, "integrator.ab", "2").expect("a valid value");
+        let (message, hint) = set(&mut target, "integrator.as", "9").expect_err("a bias");
+        assert_eq!(message, "`9` cannot be the value of integrator.as");
+        assert!(hint.contains("noise"), "{hint}");
+        let listed = list(&integrator, &sensor);
+        for (name, value) in [("error", "0.25"), ("accuracy", "0.25"), ("max_depth", "4")] {
+            assert!(listed.contains(&(format!("integrator.{name}"), value.to_owned())));
+        }
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        let (_, hint) = set(&mut target, "integrator.accurcy", "9").expect_err("misspelt");
+        assert_eq!(hint, "did you mean \"integrator.accuracy\"?");
     }
 
     #[test]

@@ -31,3 +31,34 @@ fn every_scene_and_document_that_the_readme_names_exists() {
         assert!(!is_file || root().join(link).exists(), "README.md links to {link}");
     }
 }
+
+/// What the scene files' page says of `irrcache` follows the table of its parameters.
+#[test]
+fn every_parameter_of_the_cache_is_documented() {
+    let text = std::fs::read_to_string(root().join("docs/scene-files.md")).expect("scene-files.md");
+    let (_, section) = text.split_once("\n## `irrcache`").expect("a section about irrcache");
+    let section = section.split("\n## ").next().expect("its text");
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    let named: Vec<&str> =
+        rows.flat_map(|row| quoted(row.split('|').nth(1).unwrap_or(""))).collect();
+    let known = claror::integrator::CACHE_PARAMETERS.iter().map(|parameter| parameter.name);
+    let missing: Vec<&str> = known.clone().filter(|name| !named.contains(name)).collect();
+    assert!(missing.is_empty(), "docs/scene-files.md lacks {missing:?}");
+    let made_up: Vec<&str> =
+        named.into_iter().filter(|name| !known.clone().any(|k| k == *name)).collect();
+    assert!(made_up.is_empty(), "docs/scene-files.md makes up {made_up:?}");
+}
+
+#[test]
+fn every_name_of_another_program_is_documented() {
+    let file = root().join("docs/parameters-of-others.md");
+    let text = std::fs::read_to_string(file).expect("parameters-of-others.md");
+    let rows = text.lines().filter(|line| line.starts_with("| "));
+    let named: Vec<&str> =
+        rows.flat_map(|row| quoted(row.split('|').nth(2).unwrap_or(""))).collect();
+    for alias in claror::integrator::CACHE_ALIASES {
+        assert!(named.contains(&alias.name), "{} of {} is missing", alias.name, alias.system);
+    }
+    let known = |name: &&&str| claror::integrator::is_cache_parameter(name);
+    assert!(named.iter().all(|name| known(&name)), "{named:?}");
+}

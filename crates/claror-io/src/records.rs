@@ -123,6 +123,8 @@ mod tests {
             max_angle: 1.25,
             harmonic_mean_distance: f32::INFINITY,
             natural_radius: 0.375,
+            corral: 0,
+            corral_distance: f32::INFINITY,
             flags: Record::RAISED | Record::CREVICE,
         };
         vec![record, Record { position: Vec3::X, flags: 0, ..record }]

@@ -217,7 +217,7 @@ fn cameras(info: &mut Info, tables: &SceneTables) {
             .collect();
         info.line("integrator", &texts.join(", ").replacen("type ", "", 1));
         let object: serde_json::Map<String, Value> =
-            listed.into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect();
+            listed.into_iter().map(|(name, value)| (name, json!(value))).collect();
         info.json.insert("settings".to_owned(), Value::Object(object));
     }
     if !tables.aovs.is_empty() {
@@ -241,7 +241,7 @@ fn camera(sensor: &Sensor) -> String {
     let settings = claror::integrator::IntegratorSettings::default();
     let find = |wanted: &str| {
         let listed = parameters::list(&settings, sensor);
-        listed.into_iter().find(|(name, _)| *name == wanted).map(|(_, v)| v).unwrap_or_default()
+        listed.into_iter().find(|(name, _)| name == wanted).map(|(_, v)| v).unwrap_or_default()
     };
     let name =
         if sensor.name.is_empty() { String::new() } else { format!("\"{}\", ", sensor.name) };

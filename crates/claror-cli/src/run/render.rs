@@ -101,9 +101,7 @@ fn check_memory(config: &RenderConfig, loaded: &LoadedScene, sensor: usize) -> R
 fn resolved_parameters(loaded: &LoadedScene, sensor: usize) -> Vec<(String, String)> {
     let sensor = &loaded.tables.sensors[sensor];
     let defines = loaded.parameters.iter().map(|(name, value)| (format!("${name}"), value.clone()));
-    let listed = parameters::list(&loaded.tables.integrator, sensor)
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), value));
+    let listed = parameters::list(&loaded.tables.integrator, sensor);
     defines.chain(listed).collect()
 }
 

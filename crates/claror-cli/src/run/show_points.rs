@@ -258,6 +258,8 @@ mod tests {
 
     fn record(p: Vec3) -> Record {
         Record {
+            corral: 0,
+            corral_distance: 0.0,
             key: 0,
             position: p,
             normal: -Vec3::Z,

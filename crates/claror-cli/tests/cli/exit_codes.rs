@@ -32,7 +32,7 @@ const CASES: &[(&str, i32, &str)] = &[
     ("verify room.xml --verify-picture a.jpeg", 2, "the endings are .exr, .png, .hdr and .pfm"),
     ("verify room.xml -o a.png --verify-picture ./a.png", 2, "written twice"),
     ("verify room.xml -i depth", 2, "computes no light"),
-    ("render room.xml -i irrcache -p integrator.debias=1.5", 2, "0 to 1"),
+    ("render room.xml -i irrcache -p integrator.debias=1.5", 2, "between 0 and 1"),
     ("render room.xml -p integrator.debias=0.5", 2, "integrator.debias"),
     ("compare a.exr b.exr --fail-above rmse=1", 2, "mse, relmse"),
     ("completions tcl", 2, "bash"),

@@ -198,6 +198,32 @@ impl<'a> Properties<'a> {
         None
     }
 
+    /// Numbers, booleans and strings as texts, for parameters that read texts themselves: those
+    /// with a name that is `wanted`, in the order of the file.
+    pub(super) fn texts(&self, wanted: impl Fn(&str) -> bool) -> Vec<(&'a str, String)> {
+        let mut texts = Vec::new();
+        let mut used = self.used.borrow_mut();
+        for (property, used) in self.object.properties.iter().zip(used.iter_mut()) {
+            if !wanted(&property.name) {
+                continue;
+            }
+            *used = true;
+            let text = match &property.value {
+                Value::Float(v) => v.to_string(),
+                Value::Integer(v) => v.to_string(),
+                Value::Boolean(v) => v.to_string(),
+                Value::String(v) => v.clone(),
+                Value::Broken => continue,
+                _ => {
+                    self.wrong_type(property, "a number, boolean or string");
+                    continue;
+                }
+            };
+            texts.push((property.name.as_str(), text));
+        }
+        texts
+    }
+
     /// One of several words, or the first of them as the default; case is ignored.
     pub(super) fn choice<T: Copy>(&self, name: &'static str, known: &[(&'static str, T)]) -> T {
         let default = known[0].1;

@@ -320,7 +320,34 @@ fn integrators() -> Vec<Case> {
         scene(
             "more corrections than look-ups",
             "<integrator type=\"irrcache\"><float name=\"debias\" value=\"1.5\"/></integrator>",
-            "\"debias\" = 1.5 must be between 0 and 1",
+            "\"debias\" = 1.5 must be a number between 0 and 1",
+        ),
+        scene(
+            "misspelt criterion",
+            "<integrator type=\"irrcache\"><string name=\"criterion\" value=\"ward89\"/></integrator>",
+            "\"criterion\" = ward89 must be one of hessian, krivanek06, tabellion04, ward92, ward88, \
+             thesis (did you mean \"ward88\"?)",
+        ),
+        scene(
+            "misspelt parameter of the cache",
+            "<integrator type=\"irrcache\">\n<float name=\"accurcy\" value=\"0.1\"/></integrator>",
+            "3:1: \"irrcache\" has no parameter \"accurcy\" (did you mean \"accuracy\"?)",
+        ),
+        scene(
+            "two names of one parameter",
+            "<integrator type=\"irrcache\">\n<float name=\"A\" value=\"0.1\"/>\n\
+             <float name=\"accuracy\" value=\"0.1\"/></integrator>",
+            "4:1: \"accuracy\" stands beside \"A\": give one",
+        ),
+        scene(
+            "what another program does alone",
+            "<integrator type=\"irrcache\">\n<boolean name=\"debug\" value=\"true\"/></integrator>",
+            "3:1: \"debug\" = true cannot be (records are not painted into the picture)",
+        ),
+        scene(
+            "colour of a parameter of the cache",
+            "<integrator type=\"irrcache\"><rgb name=\"noise\" value=\"0.1\"/></integrator>",
+            "\"noise\" of \"irrcache\" is an rgb, expected a number, boolean or string",
         ),
         scene(
             "misspelt depth",

@@ -72,6 +72,8 @@ fn cache(count: usize) -> Vec<Record> {
             max_angle: 0.35,
             harmonic_mean_distance: 1.0,
             natural_radius: radius,
+            corral: 0,
+            corral_distance: f32::INFINITY,
             flags: 0,
         }
     };

@@ -238,6 +238,19 @@ impl<'a> BsdfAtHit<'a> {
         self.lobes().iter().fold(Rgb::BLACK, |sum, l| sum + l.lobe.diffuse_albedo(l.wo) * l.weight)
     }
 
+    /// Unit normal, world space, on the viewer's side, for which the diffuse part takes irradiance,
+    /// where bump or normal maps turn it; of several diffuse lobes their mean. `None` without.
+    pub fn perturbed_diffuse_normal(&self) -> Option<Vec3> {
+        if !self.lobes().iter().any(|l| l.guard.is_some()) {
+            return None;
+        }
+        let sum = self.lobes().iter().fold(Vec3::ZERO, |sum, l| {
+            let share = l.lobe.diffuse_albedo(l.wo).luminance() * l.weight;
+            sum + l.frame.n * share.copysign(l.wo.z)
+        });
+        sum.try_normalize()
+    }
+
     /// Mitsuba's `albedo` layer: the base colour of the material where it has one, π times the
     /// value for light from the normal otherwise, whatever the side; transparency left out.
     pub fn albedo(&self) -> Rgb {

@@ -23,8 +23,10 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    Bounces, CacheContents, CacheStatistics, Cause, IrrCacheSettings, IrradianceCache, IsCancelled,
-    LookupCounts, Probe, ProbeSettings, VisibleRecord, VisibleRecords,
+    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CacheStatistics,
+    CacheView, Cause, IrrCacheSettings, IrradianceCache, IsCancelled, LookupCounts,
+    PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe, ProbeSettings, VisibleRecord,
+    VisibleRecords, is_cache_parameter,
 };
 
 use crate::math::Ray;
@@ -132,6 +134,18 @@ pub fn radiance(
     scene: &Scene,
     settings: &IntegratorSettings,
     cache: Option<&IrradianceCache>,
+    ray: &Ray,
+    sampler: &mut Sampler,
+    rays: &mut u64,
+) -> LayeredRadiance {
+    radiance_seen(scene, settings, cache.map(IrradianceCache::all), ray, sampler, rays)
+}
+
+/// [`radiance`] with the part of a cache that a pixel sees.
+pub fn radiance_seen(
+    scene: &Scene,
+    settings: &IntegratorSettings,
+    cache: Option<CacheView>,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,

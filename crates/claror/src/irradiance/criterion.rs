@@ -1,5 +1,6 @@
 //! How far a record can be used.
 
+use super::corral::{SECTORS, corral, rim_distances};
 use super::hemisphere::Hemisphere;
 use super::mesh::luminance_gradient;
 use super::record::{Record, to_world};
@@ -195,6 +196,8 @@ pub struct Estimates {
     pub minimum_distance: f32,
     /// Largest second derivative by turning, divided by the irradiance, 1/rad².
     pub rotational_curvature: f32,
+    /// See [`super::rim_distances`].
+    pub rim: [f32; SECTORS as usize],
 }
 
 impl Estimates {
@@ -209,6 +212,7 @@ impl Estimates {
             arithmetic_mean_distance: hemisphere.arithmetic_mean_distance(),
             minimum_distance: hemisphere.robust_minimum_distance(),
             rotational_curvature: rotational_curvature(hemisphere),
+            rim: rim_distances(hemisphere),
         }
     }
 
@@ -216,6 +220,7 @@ impl Estimates {
     pub fn record(&self, key: u64, position: Vec3, frame: &Frame, radii: &Radii) -> Record {
         let Frame { s, t, n } = *frame;
         let translational = self.translational.map(|g| g * radii.gradient_scale);
+        let (corral, corral_distance) = corral(&self.rim, radii.axis, radii.radii[1]);
         Record {
             key,
             position,
@@ -229,6 +234,8 @@ impl Estimates {
             harmonic_mean_distance: self.harmonic_mean_distance,
             natural_radius: radii.natural,
             flags: radii.flags,
+            corral,
+            corral_distance,
         }
     }
 }

@@ -36,15 +36,16 @@ pub struct Inspection {
     pub radius: f32,
 }
 
-/// Looks up as [`super::lookup()`] does, and tells more.
+/// Looks up as [`super::lookup_seen()`] does, and tells more.
 pub fn inspect(
     records: &[Record],
     index: &Index,
     query: &Query,
     settings: &LookupSettings,
+    is_seen: impl FnMut(&Record) -> bool,
 ) -> Inspection {
     let (mut used, mut weight, mut inverse_distance, mut radius) = (0, 0.0, 0.0, 0.0);
-    let found = lookup_with(records, index, query, settings, |candidates| {
+    let found = lookup_with(records, index, query, settings, is_seen, |candidates| {
         used = candidates.len() as u32;
         for candidate in candidates {
             let record = &records[candidate.index as usize];

@@ -34,6 +34,8 @@ pub enum Weight {
 
 /// Least error in [`Weight::InverseError`], so that a record's own position has a finite weight.
 const LEAST_ERROR: f32 = 1e-6;
+/// Above 1 by more than rounding.
+const ONE_AND_A_BIT: f32 = 1.0 + 1e-3;
 /// Tolerances are at least this many units in the last place of the coordinates.
 const ULPS: f32 = 4.0;
 
@@ -159,7 +161,10 @@ fn kernel(
         Weight::InverseError { accuracy } => {
             let distance2 = delta.length_squared();
             let error = accuracy * (distance2.sqrt() / short) + turned.sqrt();
+            // The angle of this error itself is the largest by default.
+            let too_far_turned = turned > ONE_AND_A_BIT * one_minus_cos(record.max_angle);
             if error >= settings.overlap * accuracy
+                || too_far_turned
                 || distance2 >= (settings.overlap * short).powi(2)
             {
                 return 0.0;

@@ -42,23 +42,37 @@ pub fn lookup(
     query: &Query,
     settings: &LookupSettings,
 ) -> Option<Interpolated> {
-    lookup_with(records, index, query, settings, |_| ())
+    lookup_with(records, index, query, settings, |_| true, |_| ())
 }
 
-/// [`lookup`] that shows to `show` what goes in. A function of its own for each of its users, so
-/// that nobody's look-ups pay for those of others.
+/// [`lookup`] among those valid records for which `is_seen` holds.
+#[inline]
+pub fn lookup_seen(
+    records: &[Record],
+    index: &Index,
+    query: &Query,
+    settings: &LookupSettings,
+    is_seen: impl FnMut(&Record) -> bool,
+) -> Option<Interpolated> {
+    lookup_with(records, index, query, settings, is_seen, |_| ())
+}
+
+/// [`lookup_seen`] that shows to `show` what goes in. A function of its own for each of its users,
+/// so that nobody's look-ups pay for those of others.
 #[inline(always)]
 pub(super) fn lookup_with(
     records: &[Record],
     index: &Index,
     query: &Query,
     settings: &LookupSettings,
+    mut is_seen: impl FnMut(&Record) -> bool,
     show: impl FnOnce(&Candidates),
 ) -> Option<Interpolated> {
     let mut candidates = Candidates::new();
-    index.for_candidates(query.p, |i| {
+    index.for_candidates_of(records.len() as u32, query.p, |i| {
         if let Some(record) = records.get(i as usize)
             && let Some((weight, distance2)) = weight(record, query, settings)
+            && is_seen(record)
         {
             insert(&mut candidates, Candidate { index: i, weight, distance2 });
         }

@@ -10,6 +10,8 @@
 //! irradiance caching practical; Schwarzhaupt, Jensen and Jarosz 2012: Practical Hessian-based
 //! error control for irradiance caching.
 
+mod clamp;
+mod corral;
 mod criterion;
 mod hemisphere;
 mod index;
@@ -23,15 +25,17 @@ mod rotational;
 #[cfg(test)]
 mod tests;
 
+pub use clamp::{NeighbourClamp, limited};
+pub use corral::{SECTORS, rim_distances};
 pub use criterion::{
     CreviceRule, Criterion, Estimates, Radii, RadiusBounds, RadiusSettings, clamped_by_neighbour,
     eigenvalues, radii, ward_angle,
 };
 pub use hemisphere::{Cell, Grid, Hemisphere};
-pub use index::{Bvh, Cells, Index, LeafOctree, Octree};
+pub use index::{Bvh, Cells, Index, IndexKind, LeafOctree, Octree};
 pub use inspect::{Inspection, Miss, inspect};
 pub use kernel::{LookupSettings, Query, Reach, Rejection, Weight, rejection, weight};
-pub use lookup::{Interpolated, lookup};
+pub use lookup::{Interpolated, lookup, lookup_seen};
 pub use mesh::{
     Derivatives, MeshRule, MeshSettings, MeshTopology, luminance_gradient, mesh_derivatives,
 };

@@ -33,6 +33,11 @@ pub struct Record {
     pub natural_radius: f32,
     /// Sum of [`Record::RAISED`] and so on.
     pub flags: u32,
+    /// Sectors of azimuth about `axis` in which something near stands close to the surface, one bit
+    /// each: see [`Record::sight_of`].
+    pub corral: u32,
+    /// Nearer points see the record all the same, scene units.
+    pub corral_distance: f32,
 }
 
 impl Record {
@@ -46,6 +51,8 @@ impl Record {
     pub const RATIO_LIMITED: u32 = 8;
     /// Flag: a crevice record, kept from spreading over the lower bound of the radius.
     pub const CREVICE: u32 = 16;
+    /// Flag: the radius was limited by a neighbour's.
+    pub const NEIGHBOUR_LIMITED: u32 = 32;
 
     /// The box of all points that the record may serve with its radii times `factor`, when it
     /// reaches `thickness` times its first radius along its normal. Widened by more than rounding.
@@ -74,6 +81,7 @@ impl Record {
             && self.max_angle >= 0.0
             && !self.harmonic_mean_distance.is_nan()
             && !self.natural_radius.is_nan()
+            && !self.corral_distance.is_nan()
     }
 }
 

@@ -72,7 +72,7 @@ pub(super) fn prepare(
         start.map_or((CacheMode::Update, CacheContents::default()), |s| (s.mode, s.contents));
     let earlier_rays = contents.statistics.rays;
     let cache = match mode {
-        CacheMode::Read => Some(contents.freeze(&integrator.cache)),
+        CacheMode::Read => Some(contents.freeze(&integrator.cache, scene.accel.bounds())),
         CacheMode::Update => IrradianceCache::update(scene, sensor, contents, &is_cancelled),
     };
     let Some(cache) = cache else { return Ok(Prepared::default()) };

@@ -1,5 +1,5 @@
 use super::RenderSettings;
-use crate::integrator::{IntegratorKind, IrrCacheSettings};
+use crate::integrator::{CACHE_PARAMETERS, CacheParameter, IntegratorKind, IrrCacheSettings};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -22,10 +22,6 @@ impl Fingerprint {
         let integrator = &scene.tables.integrator;
         let aovs: Vec<String> =
             scene.tables.aovs.iter().map(|a| format!("{}:{}", a.name, a.kind.name())).collect();
-        let cache = match integrator.kind {
-            IntegratorKind::IrradianceCache => format!("{:?}", integrator.cache),
-            _ => String::new(),
-        };
         let entries = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("scene", settings.scene_hash.clone().unwrap_or_default()),
@@ -45,33 +41,21 @@ impl Fingerprint {
             ("rr_depth", integrator.rr_depth.to_string()),
             ("early_roulette", integrator.early_roulette.to_string()),
             ("hide_emitters", integrator.hide_emitters.to_string()),
-            ("irradiance cache", cache),
             ("further layers", aovs.join(",")),
             ("shapes", scene.tables.shapes.shapes.len().to_string()),
             ("light sources", scene.tables.emitters.emitters.len().to_string()),
         ];
-        let entries = entries.map(|(name, value)| (name.to_owned(), value));
-        Self { entries: entries.to_vec() }
+        let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
+        if integrator.kind == IntegratorKind::IrradianceCache {
+            entries.extend(cache_entries(&integrator.cache, |_| true));
+        }
+        Self { entries }
     }
 
     /// Of the irradiance cache of a render. Records of one fingerprint can be mixed whatever view
     /// they were made for: camera, film and sample count are no part of it.
     pub fn of_cache(scene: &Scene, sensor: &Sensor, settings: &RenderSettings) -> Self {
         let integrator = &scene.tables.integrator;
-        let IrrCacheSettings {
-            criterion,
-            error,
-            accuracy,
-            noise,
-            gather_samples,
-            min_pixel_spacing,
-            max_pixel_spacing,
-            bounces,
-            sky,
-            // Nothing that records hold.
-            analytic_direct: _,
-            debias: _,
-        } = integrator.cache;
         let entries = [
             ("version", env!("CARGO_PKG_VERSION").to_owned()),
             ("scene", settings.scene_hash.clone().unwrap_or_default()),
@@ -79,19 +63,17 @@ impl Fingerprint {
             ("max_depth", depth(integrator.max_depth)),
             ("rr_depth", integrator.rr_depth.to_string()),
             ("early_roulette", integrator.early_roulette.to_string()),
-            ("criterion", criterion.name().to_owned()),
-            ("error", error.to_string()),
-            ("accuracy", accuracy.to_string()),
-            ("noise", noise.to_string()),
-            ("gather_samples", gather_samples.to_string()),
-            ("min_pixel_spacing", min_pixel_spacing.to_string()),
-            ("max_pixel_spacing", max_pixel_spacing.to_string()),
-            ("bounces", bounces.name().to_owned()),
-            ("sky", sky.name().to_owned()),
             ("shapes", scene.tables.shapes.shapes.len().to_string()),
             ("light sources", scene.tables.emitters.emitters.len().to_string()),
         ];
-        Self { entries: entries.map(|(name, value)| (name.to_owned(), value)).to_vec() }
+        let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
+        entries.extend(cache_entries(&integrator.cache, |parameter| parameter.changes_records));
+        if !integrator.cache.overture() {
+            // What its pixels saw when belongs to one view.
+            let view = (&sensor.kind, &sensor.to_world.to_world, &sensor.film.crop);
+            entries.push(("view".to_owned(), format!("{view:?}")));
+        }
+        Self { entries }
     }
 
     /// The first entry of `now` that differs from the one here: its name, its value here, and its
@@ -102,6 +84,15 @@ impl Fingerprint {
             (here != value).then(|| (name.clone(), here.to_owned(), value.clone()))
         })
     }
+}
+
+/// Parameters of the cache, those for which `wanted` holds.
+fn cache_entries(
+    settings: &IrrCacheSettings,
+    wanted: fn(&CacheParameter) -> bool,
+) -> impl Iterator<Item = (String, String)> {
+    let wanted = CACHE_PARAMETERS.iter().filter(move |parameter| wanted(parameter));
+    wanted.map(|parameter| (parameter.name.to_owned(), parameter.get(settings)))
 }
 
 fn depth(max_depth: Option<u32>) -> String {

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::Observer;
 use crate::film::{FilterSampler, Tile};
 use crate::integrator::{
-    Aov, IntegratorSettings, IrradianceCache, LayeredRadiance, eval_aovs, radiance,
+    Aov, IntegratorSettings, IrradianceCache, LayeredRadiance, eval_aovs, radiance_seen,
 };
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Sampler, SamplerTable};
@@ -81,8 +81,9 @@ impl<'a> TileRenderer<'a> {
         let (x, y) = (window.x + i as u32 % window.width, window.y + i as u32 / window.width);
         let mut sampler = samples.sampler((x, y), index);
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
+        let cache = self.cache.map(|cache| cache.seen_by((x, y)));
         let mut sample =
-            radiance(self.scene, &self.integrator, self.cache, &ray, &mut sampler, rays);
+            radiance_seen(self.scene, &self.integrator, cache, &ray, &mut sampler, rays);
         tile.lookups = tile.lookups.merged(sample.lookups);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {
             tile.non_finite.note((y, x, index));

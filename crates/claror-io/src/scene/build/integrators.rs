@@ -1,14 +1,13 @@
 //! Integrators.
 
-use claror::emitter::Sky;
 use claror::integrator::{
-    Aov, AovKind, Bounces, IntegratorKind, IntegratorSettings, IrrCacheSettings,
+    Aov, AovKind, CACHE_PARAMETERS, IntegratorKind, IntegratorSettings, ParameterError,
+    is_cache_parameter,
 };
-use claror::irradiance::Criterion;
 
 use super::Builder;
 use crate::scene::description::{ObjectIndex, Tag};
-use crate::scene::nearest::hint;
+use crate::scene::nearest::{hint, nearest};
 use crate::scene::properties::Properties;
 use crate::scene::values::short;
 
@@ -60,31 +59,28 @@ impl<'a> Builder<'a> {
             Some((_, index)) => self.integrator(*index).unwrap_or_default(),
             None => path(properties),
         };
-        let default = IrrCacheSettings::default();
-        let positive = |name, default| properties.positive(name, default);
-        let rays = IrrCacheSettings::GATHER_SAMPLES;
-        let range = i64::from(*rays.start())..=i64::from(*rays.end());
-        let rays = properties.integer("gather_samples", default.gather_samples.into(), range);
-        let mut criteria = Criterion::ALL.map(|c| (c.name(), c));
-        // The first is the default.
-        criteria.reverse();
-        let bounces = Bounces::ALL.map(|b| (b.name(), b));
-        let cache = IrrCacheSettings {
-            criterion: properties.choice("criterion", &criteria),
-            error: positive("error", default.error),
-            accuracy: positive("accuracy", default.accuracy),
-            noise: positive("noise", default.noise),
-            gather_samples: u32::try_from(rays).unwrap_or(default.gather_samples),
-            min_pixel_spacing: positive("min_pixel_spacing", default.min_pixel_spacing),
-            max_pixel_spacing: positive("max_pixel_spacing", default.max_pixel_spacing),
-            bounces: properties.choice("bounces", &bounces),
-            sky: properties.choice("sky", &Sky::ALL.map(|s| (s.name(), s))),
-            analytic_direct: properties.boolean("analytic_direct", default.analytic_direct),
-            debias: properties.float_that("debias", default.debias, "between 0 and 1", |v| {
-                (0.0..=1.0).contains(&v)
-            }),
-        };
-        IntegratorSettings { kind: IntegratorKind::IrradianceCache, cache, ..inner }
+        let mut settings = IntegratorSettings { kind: IntegratorKind::IrradianceCache, ..inner };
+        properties.ignore(&CACHE_PARAMETERS.iter().map(|p| p.name).collect::<Vec<_>>());
+        // What was set by which name.
+        let mut given: Vec<(&str, &str)> = Vec::new();
+        if nested.is_empty() && properties.is_given("max_depth") {
+            given.push(("max_depth", "max_depth"));
+        }
+        for (name, value) in properties.texts(is_cache_parameter) {
+            match settings.set_cache_parameter(name, &value) {
+                Ok(targets) => {
+                    for target in targets {
+                        if let Some((_, other)) = given.iter().find(|(t, _)| *t == target) {
+                            let message = format!("\"{name}\" stands beside \"{other}\": give one");
+                            properties.error(name, message, None);
+                        }
+                        given.push((target, name));
+                    }
+                }
+                Err(error) => cannot_be(properties, name, &value, error),
+            }
+        }
+        settings
     }
 
     fn aov(&mut self, properties: &Properties<'a>) -> Option<IntegratorSettings> {
@@ -112,6 +108,22 @@ impl<'a> Builder<'a> {
         }
         let (_, index) = nested.first()?;
         self.integrator(*index)
+    }
+}
+
+/// Complains about the value of a parameter of the cache.
+fn cannot_be(properties: &Properties, name: &str, value: &str, error: ParameterError) {
+    match error {
+        ParameterError::Value { expected, words } => {
+            let message = format!("\"{name}\" = {} must be {expected}", short(value));
+            // A list that is in the message need not be repeated.
+            let near = nearest(value, words).map(|near| format!("did you mean \"{near}\"?"));
+            properties.error(name, message, near);
+        }
+        other => {
+            let message = format!("\"{name}\" = {} cannot be", short(value));
+            properties.error(name, message, Some(other.to_string()));
+        }
     }
 }
 

@@ -158,6 +158,15 @@ fn integrators_keep_their_parameters() {
     let debiased =
         "<integrator type=\"irrcache\"><float name=\"debias\" value=\"0.25\"/></integrator>";
     assert_eq!(scene(debiased).tables.integrator.cache.debias, 0.25);
+    // As a file of Mitsuba 0.6 says it.
+    let old = "<integrator type=\"irrcache\"><integer name=\"resolution\" value=\"20\"/>\
+               <boolean name=\"clampNeighbor\" value=\"true\"/>\
+               <float name=\"quality\" value=\"1.5\"/><boolean name=\"debug\" value=\"false\"/>\
+               <integrator type=\"path\"><integer name=\"max_depth\" value=\"9\"/></integrator>\
+               </integrator>";
+    let old = scene(old).tables.integrator;
+    assert_eq!((old.cache.gather_samples, old.cache.clamp_neighbor), (800, Some(true)));
+    assert_eq!((old.cache.quality, old.max_depth), (1.5, Some(9)));
     let direct =
         "<integrator type=\"direct\"><integer name=\"shading_samples\" value=\"2\"/></integrator>";
     let expected = IntegratorKind::Direct { emitter_samples: 2, bsdf_samples: 2 };

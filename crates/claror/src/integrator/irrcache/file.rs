@@ -3,7 +3,7 @@
 use super::{CacheStatistics, IrrCacheSettings, IrradianceCache, IrradianceHash};
 use crate::bytes::{BytesError, Reader, put_f32, put_u32, put_u64};
 use crate::irradiance::Record;
-use crate::math::Vec3;
+use crate::math::{Bounds3, Vec3};
 use crate::spectrum::Rgb;
 
 /// What a cache holds, without what is derived from it for look-ups.
@@ -17,7 +17,7 @@ pub struct CacheContents {
 }
 
 /// Bytes of one [`Record`].
-const RECORD_BYTES: usize = 8 + 4 * (3 * 9 + 3 + 2 + 3 + 1);
+const RECORD_BYTES: usize = 8 + 4 * (3 * 9 + 3 + 2 + 3 + 3);
 /// How far squared lengths of unit vectors, and cosines of right angles, may be off. Rounding
 /// alone is below 10⁻⁶; a vector that is wrong on purpose or by damage is farther off than this.
 const NOT_UNIT: f32 = 1e-4;
@@ -66,9 +66,9 @@ impl CacheContents {
         size_of_val(&self.records[..]) + self.hash.as_ref().map_or(0, IrradianceHash::memory_bytes)
     }
 
-    /// Ready for look-ups.
-    pub fn freeze(self, settings: &IrrCacheSettings) -> IrradianceCache {
-        IrradianceCache::new(self.records, self.statistics, settings, self.hash)
+    /// Ready for look-ups in a scene with these bounds, which some indices are made around.
+    pub fn freeze(self, settings: &IrrCacheSettings, bounds: Bounds3) -> IrradianceCache {
+        IrradianceCache::new(self.records, self.statistics, settings, self.hash, bounds)
     }
 }
 
@@ -159,6 +159,8 @@ fn put_record(out: &mut Vec<u8>, record: &Record) {
         put_f32(out, x);
     }
     put_u32(out, record.flags);
+    put_u32(out, record.corral);
+    put_f32(out, record.corral_distance);
 }
 
 fn read_record(reader: &mut Reader) -> Result<Record, BytesError> {
@@ -181,6 +183,8 @@ fn read_record(reader: &mut Reader) -> Result<Record, BytesError> {
         harmonic_mean_distance: reader.f32()?,
         natural_radius: reader.f32()?,
         flags: reader.u32()?,
+        corral: reader.u32()?,
+        corral_distance: reader.f32()?,
     })
 }
 
@@ -235,7 +239,7 @@ mod tests {
         assert_eq!(contents.statistics, cache.statistics);
         assert_eq!(contents.hash, cache.hash);
         assert_eq!(contents.to_bytes(), bytes);
-        let again = contents.freeze(&settings());
+        let again = contents.freeze(&settings(), Bounds3::EMPTY);
         assert_eq!(again.content_hash(), cache.content_hash());
         let mut found = 0;
         for record in &cache.records {
@@ -257,12 +261,17 @@ mod tests {
 
     #[test]
     fn the_content_hash_sees_records_and_hash_alone() {
-        let hash = |contents: &CacheContents| contents.clone().freeze(&settings()).content_hash();
+        let hash = |contents: &CacheContents| {
+            contents.clone().freeze(&settings(), Bounds3::EMPTY).content_hash()
+        };
         let whole = small();
         let mut other = whole.clone();
         other.statistics.rays += 1;
         assert_eq!(hash(&other), hash(&whole));
         other.records[2].irradiance.g *= 1.0 + f32::EPSILON;
+        assert_ne!(hash(&other), hash(&whole));
+        let mut other = whole.clone();
+        other.records[0].corral ^= 1 << 31;
         assert_ne!(hash(&other), hash(&whole));
         let other = CacheContents { hash: None, ..whole.clone() };
         assert_ne!(hash(&other), hash(&whole));
@@ -288,7 +297,7 @@ mod tests {
                 let mut changed = bytes.clone();
                 changed[at] ^= bit;
                 if let Ok(contents) = CacheContents::from_bytes(&changed) {
-                    contents.freeze(&settings()).lookup(&query);
+                    contents.freeze(&settings(), Bounds3::EMPTY).lookup(&query);
                 }
             }
         }
@@ -303,7 +312,8 @@ mod tests {
         };
         assert_eq!(with(|_| ()), Ok(3));
         assert_eq!(with(|r| r.harmonic_mean_distance = f32::INFINITY), Ok(3), "sees nothing");
-        let changes: [fn(&mut Record); 12] = [
+        let changes: [fn(&mut Record); 13] = [
+            |r| r.corral_distance = f32::NAN,
             |r| r.position.x = f32::NAN,
             |r| r.irradiance.b = f32::INFINITY,
             |r| r.translational[2].y = f32::NAN,

@@ -1,4 +1,10 @@
 //! From a point of a surface to a record: rays over the hemisphere, and what follows from them.
+//!
+//! A record is not made where too many rays end within a few of the offsets that keep them off
+//! their own surface: there geometry is finer than its rounding, as where two surfaces coincide,
+//! and what the rays tell is chance. Hits at the backs of surfaces are no sign of a record inside
+//! of something solid, though other programs count them: here a scene does not say which shapes
+//! are closed, and surfaces that scatter on both sides, single sheets among them, are common.
 
 use std::sync::Arc;
 
@@ -29,7 +35,7 @@ pub(super) struct Place {
 
 /// Makes records: everything that they have in common.
 pub(super) struct Gatherer<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     settings: &'a IntegratorSettings,
     hash: Option<&'a IrradianceHash>,
     grid: Grid,
@@ -37,8 +43,9 @@ pub(super) struct Gatherer<'a> {
     mesh: MeshSettings,
     pub(super) radius: RadiusSettings,
     samples: SamplerTable,
-    /// Largest radius wherever the record is, scene units.
+    /// Largest radius wherever the record is, and size of the scene, scene units.
     largest: f32,
+    extent: f32,
 }
 
 /// Most batches of rays.
@@ -47,6 +54,12 @@ const MAX_BATCHES: u32 = 16;
 const REFERENCE_PIXELS: f32 = 10.0;
 /// Largest radius as a share of the scene's extent.
 const LARGEST_SHARE: f32 = 0.2;
+/// Hits that are nearer than so many offsets of the place may be the place's own surface.
+const SELF_HIT_OFFSETS: f32 = 4.0;
+/// No record where more than one ray of so many has such a hit.
+const SELF_HIT_ONE_OF: usize = 4;
+/// Largest over least radius where they follow from Radiance's ambient resolution.
+const AMBIENT_RANGE: f32 = 64.0;
 /// Distance of rays that met nothing, as a multiple of the scene's extent.
 const FAR: f32 = 10.0;
 
@@ -80,6 +93,7 @@ impl<'a> Gatherer<'a> {
             radius: cache.radius(),
             samples: SamplerTable::new(&sampler, 0, (n * n).next_power_of_two().max(4)),
             largest: LARGEST_SHARE * extent,
+            extent,
         }
     }
 
@@ -92,7 +106,7 @@ impl<'a> Gatherer<'a> {
             let derivatives = mesh_derivatives(&hemisphere, topology, &self.mesh)?;
             estimates.translational = derivatives.gradient;
             estimates.hessian = derivatives.hessian;
-        } else if self.radius.criterion.uses_gradients() {
+        } else if self.settings.cache.needs_gradients() {
             estimates.translational = ward_heckbert_gradient(&hemisphere)?;
         }
         let radii = self.radii(&estimates, place.footprint);
@@ -101,13 +115,26 @@ impl<'a> Gatherer<'a> {
     }
 
     fn radii(&self, estimates: &Estimates, footprint: f32) -> Radii {
+        radii(estimates, &self.bounds(footprint), &self.radius)
+    }
+
+    /// Bounds of radii where a pixel is `footprint` wide: lengths in scene units hold as they are.
+    pub(super) fn bounds(&self, footprint: f32) -> RadiusBounds {
         let cache = &self.settings.cache;
-        let bounds = RadiusBounds {
-            least: cache.min_pixel_spacing * footprint,
-            largest: (cache.max_pixel_spacing * footprint).min(self.largest),
-            reference: REFERENCE_PIXELS * footprint,
+        let given = |length: f32, otherwise: f32| if length > 0.0 { length } else { otherwise };
+        let [least, largest] = if cache.ambient_resolution > 0.0 {
+            let accuracy = self.radius.accuracy;
+            let least = self.extent / cache.ambient_resolution;
+            [least, (AMBIENT_RANGE * least).min(self.largest)].map(|radius| accuracy * radius)
+        } else {
+            let pixels = [cache.min_pixel_spacing, cache.max_pixel_spacing].map(|n| n * footprint);
+            [pixels[0], pixels[1].min(self.largest)]
         };
-        radii(estimates, &bounds, &self.radius)
+        RadiusBounds {
+            least: given(cache.min_radius, least),
+            largest: given(cache.max_radius, largest),
+            reference: REFERENCE_PIXELS * footprint,
+        }
     }
 
     /// Batches of rays until the irradiance is as exact as wanted. Whole batches are added, never
@@ -144,6 +171,7 @@ impl<'a> Gatherer<'a> {
         let high = (place.key >> 32) as u32 ^ batch.wrapping_mul(0x9e37_79b9);
         let stream = (place.key as u32, high);
         let mut cells = Vec::with_capacity(self.grid.len());
+        let (nearest, mut too_near) = (SELF_HIT_OFFSETS * place.si.offset, 0);
         for j in 0..rows {
             for i in 0..columns {
                 // Neighbouring cells get neighbouring points of the sequence.
@@ -152,12 +180,16 @@ impl<'a> Gatherer<'a> {
                 let ray = place.si.spawn_ray(frame.to_world(direction));
                 let (radiance, hit) =
                     record_walk(self.scene, self.settings, self.hash, &ray, &mut sampler, rays);
+                too_near += usize::from(hit.as_ref().is_some_and(|hit| hit.t < nearest));
                 let (distance, normal) = hit.map_or((f32::INFINITY, Vec3::ZERO), |hit| {
-                    (hit.t.max(4.0 * place.si.offset), frame.to_local(hit.ng))
+                    (hit.t.max(nearest), frame.to_local(hit.ng))
                 });
                 let radiance = if radiance.is_finite() { radiance } else { Rgb::BLACK };
                 cells.push(Cell { direction, distance, normal, flags: 0, radiance });
             }
+        }
+        if too_near * SELF_HIT_ONE_OF > cells.len() {
+            return None;
         }
         self.add_sky(place, frame, stream, &mut cells, rays);
         Hemisphere::new(self.grid, cells)

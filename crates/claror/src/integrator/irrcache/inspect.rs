@@ -1,10 +1,10 @@
 //! What the cache does at a point, for layers that show it.
 
-use super::IrradianceCache;
 use super::hash::lit_normal;
 use super::prepass::first_diffuse_by;
 use super::shade::scatter_numbers;
-use crate::irradiance::{Inspection, Query, inspect};
+use super::{IrradianceCache, is_in_sight};
+use crate::irradiance::{Inspection, Query, Record, inspect};
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -12,7 +12,7 @@ use crate::scene::Scene;
 impl IrradianceCache {
     /// Looks up as [`IrradianceCache::lookup`] does, and tells more.
     pub fn inspect(&self, query: &Query) -> Inspection {
-        inspect(&self.records, &self.index, query, &self.lookup)
+        inspect(&self.records, &self.index, query, &self.lookup, |_| true)
     }
 
     /// Looks up where the sample of a camera ray does first: at the same diffuse surface, mirrors
@@ -31,11 +31,15 @@ impl IrradianceCache {
             scatter_numbers(sampler, depth)
         })?;
         let limit = scene.tables.integrator.max_depth;
-        if limit.is_some_and(|limit| seen.depth + 2 >= limit) {
+        let least = if scene.lights.has_cached_sky() { 1 } else { 2 };
+        if limit.is_some_and(|limit| seen.depth + least >= limit) {
             return None;
         }
         let n = lit_normal(&seen.si);
-        Some(self.inspect(&Query { p: seen.si.p, n_smooth: n, n_shading: n }))
+        let query = Query { p: seen.si.p, n_smooth: n, n_shading: n };
+        let is_protected = scene.tables.integrator.cache.leak_protection();
+        let is_seen = |record: &Record| !is_protected || is_in_sight(scene, &seen.si, record, rays);
+        Some(inspect(&self.records, &self.index, &query, &self.lookup, is_seen))
     }
 }
 

@@ -1,26 +1,15 @@
 //! `irrcache`: indirect irradiance at diffuse surfaces from a cache (Ward, Rubinstein and Clear
 //! 1988), all other light traced.
 //!
-//! | parameter | unit | default | |
-//! |---|---|---|---|
-//! | `error` | 1 | 0.1 | interpolation error that records are spread for; a dial, not a bound |
-//! | `accuracy` | 1 | 0.2 | Ward's `a`, for the other criteria than `hessian` |
-//! | `criterion` | | `hessian` | `thesis`, `ward88`, `ward92`, `tabellion04`, `krivanek06`, `hessian` |
-//! | `noise` | 1 | 0.2 | relative standard error of a record: up to sixteen times the rays until it is met |
-//! | `gather_samples` | 1 | 576 | rays of a record; rounded to a square number |
-//! | `min_pixel_spacing` | pixels | 3 | least radius of a record |
-//! | `max_pixel_spacing` | pixels | 160 | largest radius of a record |
-//! | `bounces` | | `hash` | where the light at the ends of a record's rays comes from: `path`, `hash` |
-//! | `sky` | | `auto` | whether records hold direct light from the sky: `auto` if it has no small bright parts, `direct` no, `cached` yes |
-//! | `analytic_direct` | | true | direct light of few lights by closed forms times sampled visibility: consistent, a little biased at few samples |
-//! | `debias` | 1 | 0 | share of look-ups that are corrected by a walk: above 0 the picture has the mean of path tracing |
+//! Its parameters are those of [`PARAMETERS`].
 //!
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
 //! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
 //! by one ray, noisily. With `debias` p a look-up Ẽ becomes Ẽ + (X − Ẽ)/p with probability p, where
 //! X is one walk: any p above 0 takes the bias away for noise (p = 1 is X alone), and the picture
-//! gets all of its samples, since leaving pixels alone early is a bias too. Bump and normal maps are not seen by the cache: it takes the smooth normal.
+//! gets all of its samples, since leaving pixels alone early is a bias too. Records lie on smooth
+//! normals; what bump and normal maps make of them is for look-ups, by the rotational gradient.
 //!
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
@@ -29,8 +18,14 @@ mod file;
 mod gather;
 mod hash;
 mod inspect;
+#[cfg(test)]
+mod knobs;
+#[cfg(test)]
+mod leaks;
+mod parameters;
 mod prepass;
 mod probe;
+mod settings;
 mod shade;
 mod signature;
 mod sky;
@@ -39,98 +34,20 @@ mod tests;
 mod visible;
 
 pub use file::CacheContents;
+pub use parameters::{
+    ALIASES, CacheAlias, CacheParameter, PARAMETERS, ParameterError, is_cache_parameter,
+};
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
+pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 pub use visible::{VisibleRecord, VisibleRecords};
 
-use crate::emitter::Sky;
-use crate::irradiance::{
-    Criterion, Index, Interpolated, LookupSettings, Query, RadiusSettings, Record, lookup,
-};
+use crate::interaction::SurfaceInteraction;
+use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
+use crate::math::{Bounds3, Ray};
+use crate::scene::Scene;
 pub(super) use hash::{IrradianceHash, direct_light};
-
-/// Where the light comes from that a record's rays find.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Bounces {
-    /// Random walks: unbiased.
-    Path,
-    /// Random walks that end where they have gone far enough, at a coarse average of the
-    /// irradiance there: much less noise, a little bias.
-    #[default]
-    Hash,
-}
-
-impl Bounces {
-    /// All of them, the default first.
-    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
-
-    /// As scene files and the command line call it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-            Self::Hash => "hash",
-        }
-    }
-}
-
-/// Parameters of `irrcache`, see the module.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IrrCacheSettings {
-    /// How far records can be used.
-    pub criterion: Criterion,
-    /// Relative interpolation error, for [`Criterion::Hessian`].
-    pub error: f32,
-    /// Ward's accuracy, for the others.
-    pub accuracy: f32,
-    /// Relative standard error of a record that is worth more rays.
-    pub noise: f32,
-    /// Rays of a record.
-    pub gather_samples: u32,
-    /// Least radius, pixels.
-    pub min_pixel_spacing: f32,
-    /// Largest radius, pixels.
-    pub max_pixel_spacing: f32,
-    /// Light at the ends of a record's rays.
-    pub bounces: Bounces,
-    /// Whether records hold direct light from the sky.
-    pub sky: Sky,
-    /// Take the noise of light sampling out of direct light where lights have closed forms.
-    pub analytic_direct: bool,
-    /// Share of look-ups that are corrected by a random walk, 0 to 1.
-    pub debias: f32,
-}
-
-impl IrrCacheSettings {
-    /// Sensible numbers of rays of a record.
-    pub const GATHER_SAMPLES: std::ops::RangeInclusive<u32> = 16..=65_536;
-
-    fn radius(&self) -> RadiusSettings {
-        RadiusSettings {
-            epsilon: self.error,
-            accuracy: self.accuracy,
-            ..RadiusSettings::new(self.criterion)
-        }
-    }
-}
-
-impl Default for IrrCacheSettings {
-    fn default() -> Self {
-        Self {
-            criterion: Criterion::Hessian,
-            error: 0.1,
-            accuracy: 0.2,
-            noise: 0.2,
-            gather_samples: 576,
-            min_pixel_spacing: 3.0,
-            max_pixel_spacing: 160.0,
-            bounces: Bounces::Hash,
-            sky: Sky::Auto,
-            analytic_direct: true,
-            debias: 0.0,
-        }
-    }
-}
 
 /// What a render asked of its cache.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -175,6 +92,8 @@ pub struct IrradianceCache {
     index: Index,
     lookup: LookupSettings,
     hash: Option<IrradianceHash>,
+    /// Whether pixels see only what was made up to them.
+    is_history: bool,
 }
 
 /// In the second pass points are served also by a little weight: a record's far side is better
@@ -187,15 +106,90 @@ impl IrradianceCache {
         statistics: CacheStatistics,
         settings: &IrrCacheSettings,
         hash: Option<IrradianceHash>,
+        bounds: Bounds3,
     ) -> Self {
-        let lookup = LookupSettings::new(&settings.radius());
+        let lookup = settings.lookup();
         let lookup = LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup };
-        let index = Index::frozen(&records, lookup.reach());
-        Self { records, statistics, index, lookup, hash }
+        let bounds = with_slack(bounds);
+        let index = Index::finished(settings.index(), &records, bounds, lookup.reach());
+        // Records that several views made are all there from the beginning.
+        let is_history = !settings.overture() && records.is_sorted_by_key(|record| record.key);
+        Self { records, statistics, index, lookup, hash, is_history }
     }
 
     /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
     pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
-        lookup(&self.records, &self.index, query, &self.lookup)
+        self.all().lookup(query)
+    }
+
+    /// All records.
+    pub fn all(&self) -> CacheView<'_> {
+        CacheView { cache: self, records: &self.records }
+    }
+
+    /// The records that a pixel sees: all of them, or with a single pass those that were made for
+    /// the pixels up to this one.
+    pub fn seen_by(&self, (x, y): (u32, u32)) -> CacheView<'_> {
+        if !self.is_history {
+            return self.all();
+        }
+        let key = pixel_key(x, y);
+        let count = self.records.partition_point(|record| record.key <= key);
+        CacheView { cache: self, records: &self.records[..count] }
+    }
+}
+
+/// Whether nothing stands between a point and a record, as far as the record knows.
+fn is_in_sight(scene: &Scene, si: &SurfaceInteraction, record: &Record, rays: &mut u64) -> bool {
+    let Some(end) = record.sight_of(si.p) else { return true };
+    let start = si.spawn_origin(end - si.p);
+    let way = end - start;
+    let length = way.length();
+    *rays += 1;
+    length <= 0.0 || !scene.occluded(&Ray { t_max: length, ..Ray::new(start, way / length) })
+}
+
+/// Bounds that surface points do not round to the outside of.
+fn with_slack(bounds: Bounds3) -> Bounds3 {
+    let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
+    Bounds3 { min: bounds.min - slack, max: bounds.max + slack }
+}
+
+/// Names the record of a pixel. Ascends in raster order.
+fn pixel_key(x: u32, y: u32) -> u64 {
+    u64::from(y) << 32 | u64::from(x)
+}
+
+/// The first records of a cache.
+#[derive(Debug, Clone, Copy)]
+pub struct CacheView<'a> {
+    cache: &'a IrradianceCache,
+    records: &'a [Record],
+}
+
+impl<'a> CacheView<'a> {
+    /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
+    pub fn lookup(&self, query: &Query) -> Option<Interpolated> {
+        lookup(self.records, &self.cache.index, query, &self.cache.lookup)
+    }
+
+    /// The same without the records that something hides, if that is wanted.
+    fn lookup_seen(
+        &self,
+        scene: &Scene,
+        si: &SurfaceInteraction,
+        query: &Query,
+        rays: &mut u64,
+    ) -> Option<Interpolated> {
+        let IrradianceCache { index, lookup: settings, .. } = self.cache;
+        if !scene.tables.integrator.cache.leak_protection() {
+            return lookup(self.records, index, query, settings);
+        }
+        let is_seen = |record: &Record| is_in_sight(scene, si, record, rays);
+        lookup_seen(self.records, index, query, settings, is_seen)
+    }
+
+    fn hash(&self) -> Option<&'a IrradianceHash> {
+        self.cache.hash.as_ref()
     }
 }

@@ -5,15 +5,25 @@
 //! queue's order unless a record of the same batch serves the place already. The batch depends on
 //! the number of records alone, so the result is the same for any number of threads, and insertion
 //! in the queue's order with a test before each makes it that of making one record at a time.
+//!
+//! Without an *overture* the records are made as the oldest programs did it: pixel after pixel in
+//! raster order, and a pixel sees no record that was made after it.
 
 use rayon::prelude::*;
 
 use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
-use super::{Bounces, CacheContents, IrradianceCache, IrradianceHash};
+use super::{
+    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, is_in_sight,
+    pixel_key, with_slack,
+};
 use crate::bsdf::BsdfAtHit;
+use crate::film::CropWindow;
 use crate::interaction::SurfaceInteraction;
-use crate::irradiance::{Index, LookupSettings, Query, Record, lookup};
+use crate::irradiance::{
+    Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, limited, lookup,
+    lookup_seen,
+};
 use crate::math::{Bounds3, Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
@@ -29,6 +39,8 @@ const MAX_CHAIN: u32 = 12;
 /// Records of a batch: a share of those that exist, within bounds.
 const BATCH_SHARE: usize = 16;
 const BATCH: (usize, usize) = (32, 4096);
+/// Most further looks at all pixels after neighbours have shrunk records.
+const MAX_ROUNDS: u32 = 8;
 
 /// What the first pass did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -98,7 +110,7 @@ impl IrradianceCache {
 
     /// Adds to the records of `first`, which stay as they are, what a sensor sees besides; the hash
     /// becomes that of this sensor. The cache must be of this scene and these settings. `None` when
-    /// cancelled.
+    /// cancelled. Without an overture a cache belongs to one view, and stays as it is.
     pub fn update(
         scene: &Scene,
         sensor: &Sensor,
@@ -106,6 +118,10 @@ impl IrradianceCache {
         is_cancelled: IsCancelled,
     ) -> Option<Self> {
         let settings = &scene.tables.integrator;
+        let bounds = scene.accel.bounds();
+        if !settings.cache.overture() && !first.records.is_empty() {
+            return Some(first.freeze(&settings.cache, bounds));
+        }
         let seed = sensor.sampler.seed;
         let camera = Camera::new(sensor);
         let crop = sensor.film.crop;
@@ -119,34 +135,22 @@ impl IrradianceCache {
         let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
-        let bounds = scene.accel.bounds();
         let old_hash = first.hash.clone();
         let (old_count, old_statistics) = (first.records.len(), first.statistics);
-        let mut filling = Filling::new(&gatherer, bounds, first);
-        let longest = crop.width.max(crop.height);
-        let mut stride = (longest / COARSEST).max(1).next_power_of_two();
-        let mut is_first = true;
-        while stride > 0 {
-            let mut pixels: Vec<(u32, u32)> = (0..crop.height)
-                .step_by(stride as usize)
-                .flat_map(|y| (0..crop.width).step_by(stride as usize).map(move |x| (x, y)))
-                .filter(|(x, y)| is_first || (x / stride) % 2 == 1 || (y / stride) % 2 == 1)
-                .collect();
-            // Spread out: neighbours in this order are far apart.
-            pixels.sort_by_key(|(x, y)| morton(x / stride, y / stride).reverse_bits());
-            filling.level = stride.trailing_zeros() as usize;
-            filling.level(&eye, crop.x, crop.y, &pixels, is_cancelled)?;
-            is_first = false;
-            stride /= 2;
+        let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first);
+        if settings.cache.overture() {
+            filling.overture(&eye, crop, is_cancelled)?;
+        } else {
+            filling.raster(&eye, crop, is_cancelled)?;
         }
         filling.statistics.walks += filled.walks;
         filling.statistics.rays += filled.rays;
         let (records, statistics) = filling.finish();
         if old_count > 0 && records.len() == old_count {
             // Nothing was missing: it stays as it was.
-            return Some(Self::new(records, old_statistics, &settings.cache, old_hash));
+            return Some(Self::new(records, old_statistics, &settings.cache, old_hash, bounds));
         }
-        Some(Self::new(records, statistics, &settings.cache, hash))
+        Some(Self::new(records, statistics, &settings.cache, hash, bounds))
     }
 }
 
@@ -159,20 +163,103 @@ struct Filling<'a> {
     statistics: CacheStatistics,
     /// Logarithm of the lattice's stride.
     level: usize,
+    neighbours: Option<Neighbours>,
+    /// Where leaks are to be avoided.
+    protected_scene: Option<&'a Scene>,
+}
+
+/// What is needed to clamp records by their neighbours.
+struct Neighbours {
+    clamp: NeighbourClamp,
+    /// Before clamping; the first ones are from elsewhere and stay as they are.
+    originals: Vec<(Record, RadiusBounds)>,
+    /// How many those are.
+    fixed: usize,
+}
+
+impl Neighbours {
+    fn new(slope: f32, first: &[Record]) -> Self {
+        let mut clamp = NeighbourClamp::new(slope);
+        for record in first {
+            clamp.insert(record.position, record.natural_radius, |_, _| ());
+        }
+        Self { clamp, originals: Vec::new(), fixed: first.len() }
+    }
+
+    /// The record as its neighbours leave it, after which the neighbours are left as it does.
+    fn meet(&mut self, record: Record, bounds: RadiusBounds, records: &mut [Record]) -> Record {
+        let Self { clamp, originals, fixed } = self;
+        let limit = clamp.insert(record.position, record.natural_radius, |i, limit| {
+            if let Some(at) = i.checked_sub(*fixed) {
+                let (original, bounds) = &originals[at];
+                records[i] = limited(original, limit, bounds);
+            }
+        });
+        originals.push((record, bounds));
+        limited(&record, limit, &bounds)
+    }
 }
 
 impl<'a> Filling<'a> {
-    fn new(gatherer: &'a Gatherer<'a>, bounds: Bounds3, first: CacheContents) -> Self {
-        let lookup = LookupSettings::new(&gatherer.radius);
-        // Surface points may round to just outside.
-        let slack = 0.01 * bounds.extent() + f32::EPSILON * bounds.max.abs().max(bounds.min.abs());
-        let bounds = Bounds3 { min: bounds.min - slack, max: bounds.max + slack };
-        let mut index = Index::octree(bounds, lookup.reach());
+    fn new(
+        gatherer: &'a Gatherer<'a>,
+        cache: &IrrCacheSettings,
+        bounds: Bounds3,
+        first: CacheContents,
+    ) -> Self {
+        let lookup = cache.lookup();
+        let mut index = Index::growing(cache.index(), with_slack(bounds), lookup.reach());
         for (i, record) in first.records.iter().enumerate() {
             index.insert(i as u32, record);
         }
-        let (records, statistics) = (first.records, first.statistics);
-        Self { gatherer, lookup, records, index, statistics, level: 0 }
+        let neighbours = cache
+            .clamp_neighbor()
+            .then(|| Neighbours::new(gatherer.radius.neighbour_slope(), &first.records));
+        let CacheContents { records, statistics, .. } = first;
+        let protected_scene = cache.leak_protection().then_some(gatherer.scene);
+        Self { gatherer, lookup, records, index, statistics, level: 0, neighbours, protected_scene }
+    }
+
+    /// From coarse to fine.
+    fn overture(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+        let longest = crop.width.max(crop.height);
+        let mut stride = (longest / COARSEST).max(1).next_power_of_two();
+        let mut is_first = true;
+        while stride > 0 {
+            let pixels = lattice(crop, stride, is_first);
+            self.level = stride.trailing_zeros() as usize;
+            self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+            is_first = false;
+            stride /= 2;
+        }
+        if self.neighbours.is_some() {
+            let pixels = lattice(crop, 1, true);
+            for _ in 0..MAX_ROUNDS {
+                let before = self.records.len();
+                self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+                if self.records.len() == before {
+                    break;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Pixel after pixel, row by row.
+    fn raster(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+        for y in crop.y..crop.y + crop.height {
+            if is_cancelled() {
+                return None;
+            }
+            let columns = (crop.x..crop.x + crop.width).into_par_iter();
+            let row: Vec<Option<Place>> = columns.map(|x| eye.place(x, y)).collect();
+            for place in row.into_iter().flatten() {
+                if !self.serves(&place) {
+                    self.batch(&[place]);
+                }
+            }
+        }
+        Some(())
     }
 
     /// One lattice.
@@ -230,6 +317,13 @@ impl<'a> Filling<'a> {
                 continue;
             }
             self.statistics.note(&record, self.level);
+            let record = match &mut self.neighbours {
+                Some(neighbours) => {
+                    let bounds = gatherer.bounds(place.footprint);
+                    neighbours.meet(record, bounds, &mut self.records)
+                }
+                None => record,
+            };
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
         }
@@ -238,7 +332,13 @@ impl<'a> Filling<'a> {
     fn serves(&self, place: &Place) -> bool {
         let n = lit_normal(&place.si);
         let query = Query { p: place.si.p, n_smooth: n, n_shading: n };
-        lookup(&self.records, &self.index, &query, &self.lookup).is_some()
+        let (records, settings) = (&self.records, &self.lookup);
+        let Some(scene) = self.protected_scene else {
+            return lookup(records, &self.index, &query, settings).is_some();
+        };
+        // Far fewer than those of the records: they are not counted.
+        let is_seen = |record: &Record| is_in_sight(scene, &place.si, record, &mut 0);
+        lookup_seen(records, &self.index, &query, settings, is_seen).is_some()
     }
 
     fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
@@ -260,12 +360,24 @@ impl Eye<'_> {
         // Rays of one pixel start apart with a lens or without perspective: the way counts from
         // where they start.
         let (at_start, at_one) = (footprint(0.0), footprint(1.0));
-        let key = u64::from(y) << 32 | u64::from(x);
+        let key = pixel_key(x, y);
         let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
         let seen = first_diffuse(self.scene, ray, &mut sampler)?;
         let footprint = at_start + (at_one - at_start) * seen.way;
         Some(Place { si: seen.si, footprint, key })
     }
+}
+
+/// The pixels of a lattice, those of coarser ones left out unless it is the first; neighbours are
+/// far apart in their order.
+fn lattice(crop: CropWindow, stride: u32, is_first: bool) -> Vec<(u32, u32)> {
+    let mut pixels: Vec<(u32, u32)> = (0..crop.height)
+        .step_by(stride as usize)
+        .flat_map(|y| (0..crop.width).step_by(stride as usize).map(move |x| (x, y)))
+        .filter(|(x, y)| is_first || (x / stride) % 2 == 1 || (y / stride) % 2 == 1)
+        .collect();
+    pixels.sort_by_key(|(x, y)| morton(x / stride, y / stride).reverse_bits());
+    pixels
 }
 
 /// A diffuse surface at the end of a chain of others.

@@ -96,7 +96,8 @@ impl IrradianceCache {
             return None;
         }
         let n = lit_normal(&seen.si);
-        let cached = self.lookup(&Query { p: seen.si.p, n_smooth: n, n_shading: n });
+        let query = Query { p: seen.si.p, n_smooth: n, n_shading: n };
+        let cached = self.all().lookup_seen(scene, &seen.si, &query, rays);
         let samples = SamplerSettings {
             kind: SamplerKind::Sobol,
             sample_count: settings.grid * settings.grid,

@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use super::IrradianceCache;
+use super::CacheView;
 use super::hash::lit_normal;
 use super::signature::Signature;
 use super::sky::SkyLight;
@@ -13,8 +13,8 @@ use crate::integrator::path::{EARLY_ROULETTE, SURE_THROUGHPUT, VERTEX_DIMENSIONS
 use crate::integrator::{CAMERA_DIMENSIONS, DirectControl, IntegratorSettings, LayeredRadiance};
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::Query;
-use crate::math::warp::cosine_hemisphere;
-use crate::math::{Frame, Ray, Vec2};
+use crate::math::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -25,7 +25,7 @@ const MAX_CHAIN: u32 = 64;
 struct Chain<'a> {
     scene: &'a Scene,
     settings: &'a IntegratorSettings,
-    cache: &'a IrradianceCache,
+    cache: CacheView<'a>,
     result: LayeredRadiance,
     throughput: Rgb,
     origin: Origin,
@@ -36,6 +36,26 @@ struct Chain<'a> {
     depth: u32,
     vertices: u32,
     rays: u64,
+}
+
+/// A point of which diffuse light is wanted.
+struct Lit<'a> {
+    si: &'a SurfaceInteraction,
+    /// For which irradiance is wanted.
+    n: Vec3,
+    /// The material, where maps turned that normal.
+    bumped: Option<&'a BsdfAtHit<'a>>,
+    albedo: Rgb,
+}
+
+impl Lit<'_> {
+    /// Share of light from the direction `wi`, of this cosine to the normal, that maps leave.
+    fn share(&self, wi: Vec3, cos: f32) -> f32 {
+        self.bumped.map_or(1.0, |bsdf| {
+            let flat = self.albedo.luminance() * cosine_hemisphere_pdf(cos);
+            if flat > 0.0 { bsdf.eval(wi).diffuse.luminance() / flat } else { 0.0 }
+        })
+    }
 }
 
 /// Direct light of lights of which there is a closed form.
@@ -51,7 +71,7 @@ struct Closed {
 pub(in crate::integrator) fn cached(
     scene: &Scene,
     settings: &IntegratorSettings,
-    cache: &IrradianceCache,
+    cache: CacheView,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
@@ -194,19 +214,20 @@ impl Chain<'_> {
             return;
         }
         let n = lit_normal(si);
-        let query = Query { p: si.p, n_smooth: n, n_shading: n };
-        let counts = &mut self.result.lookups;
-        counts.lookups += 1;
-        let irradiance = match self.cache.lookup(&query) {
+        let bumped = bsdf.perturbed_diffuse_normal();
+        let query = Query { p: si.p, n_smooth: n, n_shading: bumped.unwrap_or(n) };
+        let at = Lit { si, n: query.n_shading, bumped: bumped.map(|_| bsdf), albedo };
+        self.result.lookups.lookups += 1;
+        let irradiance = match self.cache.lookup_seen(self.scene, si, &query, &mut self.rays) {
             Some(found) => {
-                counts.records += u64::from(found.records);
-                self.debiased(found.irradiance, si, dimension, sampler)
+                self.result.lookups.records += u64::from(found.records);
+                self.debiased(found.irradiance, &at, dimension, sampler)
             }
             None => match self.averaged(si, dimension, sampler) {
                 Some(irradiance) => irradiance,
                 None => {
                     self.result.lookups.uncached += 1;
-                    self.uncached(si, dimension, sampler)
+                    self.uncached(&at, dimension, sampler)
                 }
             },
         };
@@ -217,19 +238,13 @@ impl Chain<'_> {
     /// Cached irradiance whose expectation is that of paths: with a small probability the
     /// difference to one walk is added, as many times as it is left out on average. The cache is
     /// then only a control variate.
-    fn debiased(
-        &mut self,
-        cached: Rgb,
-        si: &SurfaceInteraction,
-        dimension: u32,
-        sampler: &mut Sampler,
-    ) -> Rgb {
+    fn debiased(&mut self, cached: Rgb, at: &Lit, dimension: u32, sampler: &mut Sampler) -> Rgb {
         let probability = self.settings.cache.debias;
         sampler.set_dimension(dimension + 2);
         if probability <= 0.0 || sampler.next_1d() >= probability {
             return cached;
         }
-        let walked = self.uncached(si, dimension, sampler);
+        let walked = self.uncached(at, dimension, sampler);
         cached + (walked - cached) * (1.0 / probability)
     }
 
@@ -245,26 +260,36 @@ impl Chain<'_> {
             return None;
         }
         sampler.set_dimension(dimension + 3);
-        self.cache.hash.as_ref()?.lookup(si, sampler.next_2d())
+        self.cache.hash()?.lookup(si, sampler.next_2d())
     }
 
-    /// Irradiance by one cosine-distributed ray, and one towards the sky.
-    fn uncached(&mut self, si: &SurfaceInteraction, dimension: u32, sampler: &mut Sampler) -> Rgb {
+    /// Irradiance by one cosine-distributed ray, and one towards the sky; with bump and normal maps
+    /// as much of it as they leave.
+    fn uncached(&mut self, at: &Lit, dimension: u32, sampler: &mut Sampler) -> Rgb {
         sampler.set_dimension(dimension + 3);
         let local = cosine_hemisphere(sampler.next_2d());
-        let frame = Frame::from_normal(lit_normal(si));
-        let ray = si.spawn_ray(frame.to_world(local));
+        let frame = Frame::from_normal(at.n);
+        let wi = frame.to_world(local);
+        let share = at.share(wi, local.z);
         let (scene, rays) = (self.scene, &mut self.rays);
-        let hash = self.cache.hash.as_ref().filter(|_| self.settings.cache.debias <= 0.0);
-        let (mut radiance, hit) =
-            record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays);
-        if let Some(sky) = SkyLight::at(scene, si.p, frame.n) {
-            if hit.is_none() {
-                radiance *= sky.share(ray.d, local.z);
-            }
+        let sky = SkyLight::at(scene, at.si.p, frame.n);
+        let mut radiance = Rgb::BLACK;
+        if share > 0.0 {
+            let ray = at.si.spawn_ray(wi);
+            let hash = self.cache.hash().filter(|_| self.settings.cache.debias <= 0.0);
+            let (found, hit) =
+                record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays);
+            let weight = match &sky {
+                Some(sky) if hit.is_none() => sky.share(wi, local.z),
+                _ => 1.0,
+            };
+            radiance += found * (weight * share);
+        }
+        if let Some(sky) = sky {
             sampler.set_dimension(dimension);
-            let found = sky.sample(si, &frame, sampler.next_2d(), rays);
-            radiance += found.map_or(Rgb::BLACK, |(_, radiance)| radiance);
+            if let Some((local, found)) = sky.sample(at.si, &frame, sampler.next_2d(), rays) {
+                radiance += found * at.share(frame.to_world(local), local.z);
+            }
         }
         radiance * PI
     }

@@ -188,6 +188,8 @@ mod tests {
                 t.build()
             };
             let record = |normal: Vec3, z: f64| Record {
+                corral: 0,
+                corral_distance: 0.0,
                 key: 0,
                 position: at(z).as_vec3(),
                 normal,
@@ -203,7 +205,7 @@ mod tests {
             };
             let look = |scene: &Scene, record: Record| {
                 let contents = CacheContents { records: vec![record], ..Default::default() };
-                let cache = contents.freeze(&IrrCacheSettings::default());
+                let cache = contents.freeze(&IrrCacheSettings::default(), scene.accel.bounds());
                 let found = cache.visible_records(scene, &scene.tables.sensors[0]);
                 [found.visible.len(), found.hidden, found.outside]
             };

@@ -12,14 +12,15 @@ const MAX_DEPTH: u32 = 24;
 #[derive(Debug, Clone)]
 struct Node {
     children: [u32; 8],
-    /// Of a leaf: numbers and positions of its records.
+    /// Numbers and positions of a leaf's records; of a divided leaf those that it had.
     records: Vec<(u32, Vec3)>,
-    leaf: bool,
+    /// The record for which it was divided.
+    divided_for: u32,
 }
 
 impl Node {
     fn leaf() -> Self {
-        Self { children: [NONE; 8], records: Vec::new(), leaf: true }
+        Self { children: [NONE; 8], records: Vec::new(), divided_for: NONE }
     }
 }
 
@@ -39,10 +40,10 @@ impl LeafOctree {
         Self { nodes: vec![Node::leaf()], centre, half }
     }
 
-    /// The leaf of a point: its node, centre, half edge and depth.
-    fn find(&self, p: Vec3) -> (usize, Vec3, f32, u32) {
+    /// The leaf of a point when there were `count` records: its node, centre, half edge and depth.
+    fn find(&self, count: u32, p: Vec3) -> (usize, Vec3, f32, u32) {
         let (mut node, mut centre, mut half, mut depth) = (0, self.centre, self.half, 0);
-        while !self.nodes[node].leaf {
+        while self.nodes[node].divided_for < count {
             let child = octant(p, centre);
             half *= 0.5;
             centre = child_centre(centre, half, child);
@@ -54,13 +55,13 @@ impl LeafOctree {
 
     /// Adds a record.
     pub fn insert(&mut self, index: u32, position: Vec3) {
-        let (node, centre, _, depth) = self.find(position);
+        let (node, centre, _, depth) = self.find(u32::MAX, position);
         self.nodes[node].records.push((index, position));
         if self.nodes[node].records.len() <= LEAF_RECORDS || depth == MAX_DEPTH {
             return;
         }
-        let records = std::mem::take(&mut self.nodes[node].records);
-        self.nodes[node].leaf = false;
+        let records = self.nodes[node].records.clone();
+        self.nodes[node].divided_for = index;
         for child in 0..8 {
             self.nodes[node].children[child] = self.nodes.len() as u32;
             self.nodes.push(Node::leaf());
@@ -71,9 +72,11 @@ impl LeafOctree {
         }
     }
 
-    /// Calls `f` with the numbers of the records in the leaf of `p`.
-    pub fn for_candidates(&self, p: Vec3, f: impl FnMut(u32)) {
-        let (node, ..) = self.find(p);
-        self.nodes[node].records.iter().map(|&(index, _)| index).for_each(f);
+    /// Calls `f` with the numbers of the records in the leaf of `p`, as it was when there were
+    /// `count` records.
+    pub fn for_candidates(&self, count: u32, p: Vec3, f: impl FnMut(u32)) {
+        let (node, ..) = self.find(count, p);
+        let numbers = self.nodes[node].records.iter().map(|&(index, _)| index);
+        numbers.filter(|&index| index < count).for_each(f);
     }
 }

@@ -14,6 +14,38 @@ use super::kernel::Reach;
 use super::record::Record;
 use crate::math::{Bounds3, Vec3};
 
+/// The structures by name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IndexKind {
+    /// [`Index::All`].
+    Vector,
+    /// [`Index::Octree`].
+    Octree,
+    /// [`Index::Leaves`].
+    Leaves,
+    /// [`Index::Cells`].
+    #[default]
+    Cells,
+    /// [`Index::Bvh`].
+    Bvh,
+}
+
+impl IndexKind {
+    /// All of them, the default first.
+    pub const ALL: [Self; 5] = [Self::Cells, Self::Bvh, Self::Octree, Self::Vector, Self::Leaves];
+
+    /// As scene files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vector => "vector",
+            Self::Octree => "octree",
+            Self::Leaves => "leaves",
+            Self::Cells => "cells",
+            Self::Bvh => "bvh",
+        }
+    }
+}
+
 /// The structures, all of which list every record that may be valid at a point, once, and some
 /// that are not; except [`Index::Leaves`], which misses some.
 #[derive(Debug, Clone)]
@@ -51,6 +83,31 @@ impl Index {
         Self::Cells(Cells::new(records, reach))
     }
 
+    /// An empty structure that can grow, around the points that will ask: the wanted one if it can,
+    /// or one that lists the same.
+    pub fn growing(kind: IndexKind, bounds: Bounds3, reach: Reach) -> Self {
+        match kind {
+            IndexKind::Vector => Self::all(),
+            IndexKind::Leaves => Self::leaves(bounds),
+            IndexKind::Octree | IndexKind::Cells | IndexKind::Bvh => Self::octree(bounds, reach),
+        }
+    }
+
+    /// The structure for all these records, around the points that will ask.
+    pub fn finished(kind: IndexKind, records: &[Record], bounds: Bounds3, reach: Reach) -> Self {
+        match kind {
+            IndexKind::Cells => Self::frozen(records, reach),
+            IndexKind::Bvh => Self::Bvh(Bvh::new(records, reach)),
+            IndexKind::Vector | IndexKind::Leaves | IndexKind::Octree => {
+                let mut index = Self::growing(kind, bounds, reach);
+                for (record, number) in records.iter().zip(0..) {
+                    index.insert(number, record);
+                }
+                index
+            }
+        }
+    }
+
     /// Adds a record, whose number is `index`. False when that is not possible any more.
     pub fn insert(&mut self, index: u32, record: &Record) -> bool {
         match self {
@@ -68,9 +125,19 @@ impl Index {
         match self {
             Self::All(count) => (0..*count).for_each(f),
             Self::Octree(octree) => octree.for_candidates(p, f),
-            Self::Leaves(octree) => octree.for_candidates(p, f),
+            Self::Leaves(octree) => octree.for_candidates(u32::MAX, p, f),
             Self::Cells(cells) => cells.for_candidates(p, f),
             Self::Bvh(bvh) => bvh.for_candidates(p, f),
+        }
+    }
+
+    /// The same when only the first `count` records were there: others may be listed, too, but
+    /// what depends on the records that came later is as it was then.
+    #[inline]
+    pub fn for_candidates_of(&self, count: u32, p: Vec3, f: impl FnMut(u32)) {
+        match self {
+            Self::Leaves(octree) => octree.for_candidates(count, p, f),
+            _ => self.for_candidates(p, f),
         }
     }
 }

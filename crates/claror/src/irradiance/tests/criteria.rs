@@ -117,6 +117,7 @@ fn plain(hessian: [f32; 3], gradient: f32) -> Estimates {
         arithmetic_mean_distance: 5.0,
         minimum_distance: 1.0,
         rotational_curvature: 0.5,
+        rim: [f32::INFINITY; 32],
     }
 }
 

@@ -188,3 +188,25 @@ fn odd_records_and_empty_caches() {
     let mut full = Index::frozen(&same, settings.reach());
     assert!(!full.insert(300, &same[0]));
 }
+
+/// An octree of leaves remembers how it was.
+#[test]
+fn leaves_know_their_past() {
+    let mut rng = TestRng::new(14);
+    let records = records(400, &mut rng);
+    let mut whole = Index::leaves(BOUNDS);
+    for (r, k) in records.iter().zip(0..) {
+        whole.insert(k, r);
+    }
+    let mut then = Index::leaves(BOUNDS);
+    for (r, k) in records.iter().zip(0..) {
+        then.insert(k, r);
+        for _ in 0..20 {
+            let p = point(&mut rng);
+            let (mut a, mut b) = (Vec::new(), Vec::new());
+            then.for_candidates(p, |i| a.push(i));
+            whole.for_candidates_of(k + 1, p, |i| b.push(i));
+            assert_eq!(a, b, "after {k}");
+        }
+    }
+}

@@ -10,7 +10,7 @@ use crate::math::Vec3;
 use crate::math::statistics::TestRng;
 
 fn all(records: &[Record], query: &Query, settings: &LookupSettings) -> Inspection {
-    inspect(records, &Index::All(records.len() as u32), query, settings)
+    inspect(records, &Index::All(records.len() as u32), query, settings, |_| true)
 }
 
 /// A query is served exactly if the look-up says so, and a record is rejected exactly if it has

@@ -22,6 +22,8 @@ pub(super) fn record(p: Vec3, n: Vec3, radius: f32) -> Record {
         max_angle: 0.35,
         harmonic_mean_distance: 1.0,
         natural_radius: radius,
+        corral: 0,
+        corral_distance: f32::INFINITY,
         flags: 0,
     }
 }

@@ -1,5 +1,7 @@
 //! Tests against closed forms and finite differences in scenes whose irradiance is known exactly.
 
+mod clamps;
+mod corrals;
 mod criteria;
 mod gradients;
 mod hemispheres;

@@ -195,7 +195,7 @@ fn enough_checks_confirm() {
 fn a_coarse_cache_is_found_out() {
     let cache = IrrCacheSettings {
         criterion: Criterion::Ward88,
-        accuracy: 5.0,
+        accuracy: Some(5.0),
         gather_samples: 16,
         noise: 1e3,
         min_pixel_spacing: 40.0,

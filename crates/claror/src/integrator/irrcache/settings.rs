@@ -1,0 +1,224 @@
+//! Parameters of `irrcache`, and what follows from them.
+//!
+//! What a criterion's paper says about the rest of the method is taken where nothing else is
+//! said: those parameters are `None` by default.
+
+use crate::emitter::Sky;
+use crate::irradiance::{
+    CreviceRule, Criterion, IndexKind, LookupSettings, RadiusSettings, ward_angle,
+};
+
+/// Where the light comes from that a record's rays find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bounces {
+    /// Random walks: unbiased.
+    Path,
+    /// Random walks that end where they have gone far enough, at a coarse average of the
+    /// irradiance there: much less noise, a little bias.
+    #[default]
+    Hash,
+}
+
+impl Bounces {
+    /// All of them, the default first.
+    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
+
+    /// As scene files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+            Self::Hash => "hash",
+        }
+    }
+}
+
+/// Parameters of `irrcache`: [`super::PARAMETERS`] explains them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IrrCacheSettings {
+    /// How far records can be used.
+    pub criterion: Criterion,
+    /// Relative interpolation error, for [`Criterion::Hessian`].
+    pub error: f32,
+    /// Ward's accuracy, for the others.
+    pub accuracy: Option<f32>,
+    /// Divides both.
+    pub quality: f32,
+    /// Exponent of the error in [`Criterion::Hessian`]'s radii.
+    pub exponent: f32,
+    /// Elliptic regions, for the same.
+    pub ellipse: bool,
+    /// Relative standard error of a record that is worth more rays.
+    pub noise: f32,
+    /// Rays of a record.
+    pub gather_samples: u32,
+    /// Least radius, pixels.
+    pub min_pixel_spacing: f32,
+    /// Largest radius, pixels.
+    pub max_pixel_spacing: f32,
+    /// Least radius, scene units; 0: in pixels.
+    pub min_radius: f32,
+    /// Largest radius, scene units; 0: in pixels.
+    pub max_radius: f32,
+    /// Scene's size over the least radius before it is scaled by the accuracy; 0: in pixels.
+    pub ambient_resolution: f32,
+    /// Largest angle between the normals of a record and a point that it serves, degrees.
+    pub max_angle: Option<f32>,
+    /// Largest factor by which the least radius raises others; 0: as large as it must be.
+    pub crevice_spread: Option<f32>,
+    /// Records shrink where neighbours know of near geometry.
+    pub clamp_neighbor: Option<bool>,
+    /// Records are made before the picture.
+    pub overture: Option<bool>,
+    /// Points near which something stands ask whether it hides a record.
+    pub leak_protection: Option<bool>,
+    /// Structure in which records are found.
+    pub index: Option<IndexKind>,
+    /// Only so many records, the nearest ones, serve a point; 0: all.
+    pub nearest: Option<u32>,
+    /// Factor by which records serve farther than their radii.
+    pub overlap: Option<f32>,
+    /// Sum of weights from which on a point is served in the first pass.
+    pub min_weight: Option<f32>,
+    /// How far a record may lie in front of a point, radii.
+    pub in_front: Option<f32>,
+    /// Records are extrapolated by their gradients.
+    pub gradients: Option<bool>,
+    /// Share of the neighbours' mean gradient in that.
+    pub mix: Option<f32>,
+    /// Light at the ends of a record's rays.
+    pub bounces: Bounces,
+    /// Whether records hold direct light from the sky.
+    pub sky: Sky,
+    /// Take the noise of light sampling out of direct light where lights have closed forms.
+    pub analytic_direct: bool,
+    /// Share of look-ups that are corrected by a random walk, 0 to 1.
+    pub debias: f32,
+}
+
+/// How many records the oldest programs interpolated between.
+const THESIS_NEAREST: u32 = 4;
+/// Normals that differ by more belong to different sides.
+const MAX_ANGLE: f32 = 90.0;
+
+impl IrrCacheSettings {
+    /// Sensible numbers of rays of a record.
+    pub const GATHER_SAMPLES: std::ops::RangeInclusive<u32> = 16..=65_536;
+
+    /// How far records reach.
+    pub(super) fn radius(&self) -> RadiusSettings {
+        let usual = RadiusSettings::new(self.criterion);
+        let accuracy = self.accuracy() / self.quality;
+        let angles = match (self.max_angle, self.criterion) {
+            (Some(angle), _) => [angle.to_radians(); 2],
+            (None, Criterion::Thesis | Criterion::Ward88 | Criterion::Ward92) => {
+                [ward_angle(accuracy); 2]
+            }
+            (None, _) => usual.angles,
+        };
+        let crevice = match self.crevice_spread {
+            None => usual.crevice,
+            Some(spread) if spread >= 1.0 => CreviceRule::Shrink { spread },
+            Some(_) => CreviceRule::Off,
+        };
+        RadiusSettings {
+            epsilon: self.error / self.quality,
+            accuracy,
+            exponent: self.exponent,
+            ellipse: self.ellipse,
+            angles,
+            crevice,
+            ..usual
+        }
+    }
+
+    /// How they are looked up.
+    pub(super) fn lookup(&self) -> LookupSettings {
+        let usual = LookupSettings::new(&self.radius());
+        let museum = if self.criterion == Criterion::Thesis { THESIS_NEAREST } else { 0 };
+        LookupSettings {
+            gradients: self.gradients.unwrap_or(usual.gradients),
+            mix: self.mix.unwrap_or(usual.mix),
+            overlap: self.overlap.unwrap_or(usual.overlap),
+            min_weight: self.min_weight.unwrap_or(usual.min_weight),
+            in_front: self.in_front.unwrap_or(usual.in_front),
+            nearest: self.nearest.unwrap_or(museum),
+            ..usual
+        }
+    }
+
+    pub(super) fn accuracy(&self) -> f32 {
+        self.accuracy.unwrap_or(RadiusSettings::new(self.criterion).accuracy)
+    }
+
+    /// Whether a record's gradients are of any use.
+    pub(super) fn needs_gradients(&self) -> bool {
+        self.lookup().gradients || self.radius().limit_by_gradient
+    }
+
+    pub(super) fn clamp_neighbor(&self) -> bool {
+        self.clamp_neighbor.unwrap_or(self.criterion == Criterion::Krivanek06)
+    }
+
+    /// Whether records are made before the picture, not pixel by pixel with it.
+    pub(crate) fn overture(&self) -> bool {
+        self.overture.unwrap_or(self.criterion != Criterion::Thesis)
+    }
+
+    pub(super) fn leak_protection(&self) -> bool {
+        self.leak_protection.unwrap_or(self.criterion != Criterion::Thesis)
+    }
+
+    pub(super) fn index(&self) -> IndexKind {
+        let museum = self.criterion == Criterion::Thesis;
+        self.index.unwrap_or(if museum { IndexKind::Leaves } else { IndexKind::Cells })
+    }
+
+    /// As [`IrrCacheSettings::crevice_spread`] would say what is in force.
+    pub(super) fn crevice_spread(&self) -> f32 {
+        match self.radius().crevice {
+            CreviceRule::Off => 0.0,
+            CreviceRule::Shrink { spread } | CreviceRule::Fade { spread } => spread,
+        }
+    }
+
+    /// Degrees.
+    pub(super) fn max_angle(&self) -> f32 {
+        self.max_angle.unwrap_or_else(|| self.radius().angles[1].to_degrees().min(MAX_ANGLE))
+    }
+}
+
+impl Default for IrrCacheSettings {
+    fn default() -> Self {
+        Self {
+            criterion: Criterion::Hessian,
+            error: 0.1,
+            accuracy: None,
+            quality: 1.0,
+            exponent: 0.25,
+            ellipse: false,
+            noise: 0.2,
+            gather_samples: 576,
+            min_pixel_spacing: 3.0,
+            max_pixel_spacing: 160.0,
+            min_radius: 0.0,
+            max_radius: 0.0,
+            ambient_resolution: 0.0,
+            max_angle: None,
+            crevice_spread: None,
+            clamp_neighbor: None,
+            overture: None,
+            leak_protection: None,
+            index: None,
+            nearest: None,
+            overlap: None,
+            min_weight: None,
+            in_front: None,
+            gradients: None,
+            mix: None,
+            bounces: Bounces::Hash,
+            sky: Sky::Auto,
+            analytic_direct: true,
+            debias: 0.0,
+        }
+    }
+}
