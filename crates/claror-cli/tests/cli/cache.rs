@@ -88,7 +88,7 @@ fn caches_of_other_renders_are_refused() {
         ("other.xml", "scene"),
         ("room.xml --seed 3", "seed"),
         ("room.xml -p integrator.max_depth=5", "max_depth is none, here it is 5"),
-        ("room.xml -p integrator.error=0.2", "error is 0.1, here it is 0.2"),
+        ("room.xml -p integrator.error=0.2", "error is 0.05, here it is 0.2"),
         ("room.xml -p integrator.criterion=ward88", "criterion is hessian"),
         ("room.xml -p integrator.bounces=path", "bounces is hash"),
         ("room.xml -p integrator.gather_samples=99", "gather_samples is 100"),

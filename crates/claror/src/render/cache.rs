@@ -156,7 +156,7 @@ mod tests {
     }
 
     fn coarse() -> IrrCacheSettings {
-        IrrCacheSettings { gather_samples: 100, noise: 0.5, ..Default::default() }
+        IrrCacheSettings { gather_samples: Some(100), noise: 0.5, ..Default::default() }
     }
 
     fn run(scene: &Scene, sensor: usize, start: Start) -> Result<RenderOutput, RenderError> {
@@ -237,7 +237,7 @@ mod tests {
         let start = || from_cache(&one, &cache, CacheMode::Read);
         let mut other = scene(IrrCacheSettings { error: 0.2, ..coarse() });
         let error = run(&other, 0, start()).unwrap_err().to_string();
-        assert_eq!(error, "the irradiance cache has error 0.1, this render has 0.2");
+        assert_eq!(error, "the irradiance cache has error 0.05, this render has 0.2");
         other.tables.integrator.cache = coarse();
         other.tables.integrator.max_depth = Some(4);
         let error = run(&other, 0, start()).unwrap_err().to_string();

@@ -17,8 +17,9 @@ const LONGEST_ROUND: u32 = 32;
 
 /// Samples after which an adaptive render leaves pixels alone that seem to be done.
 const ADAPTIVE_FROM: u32 = 4;
-/// Samples that a pixel may get at least, however few the scene asks for: few pixels need as many.
-const ADAPTIVE_LIMIT: u32 = 64;
+/// Samples of a path tracer, for which the scene's number is meant, that one adaptive sample is
+/// worth.
+const PATH_SAMPLES: u32 = 4;
 /// How far off, relative to its value, a pixel may be when it is left alone: of itself, and as a
 /// share of the error asked for, of which the rest is the cache's.
 const TOLERANCE: f32 = 0.006;
@@ -101,7 +102,8 @@ pub(super) fn run(
     let adaptive =
         integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
     let count = sensor.sampler.sample_count;
-    let default = if adaptive { count.max(ADAPTIVE_LIMIT) } else { count };
+    let default =
+        if adaptive { integrator.cache.pixel_samples().max(count / PATH_SAMPLES) } else { count };
     let default = if unlimited { None } else { Some(default) };
     let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
     let samples = state.film.sample_counts().1;

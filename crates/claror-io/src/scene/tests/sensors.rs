@@ -165,7 +165,7 @@ fn integrators_keep_their_parameters() {
                <integrator type=\"path\"><integer name=\"max_depth\" value=\"9\"/></integrator>\
                </integrator>";
     let old = scene(old).tables.integrator;
-    assert_eq!((old.cache.gather_samples, old.cache.clamp_neighbor), (800, Some(true)));
+    assert_eq!((old.cache.gather_samples, old.cache.clamp_neighbor), (Some(800), Some(true)));
     assert_eq!((old.cache.quality, old.max_depth), (1.5, Some(9)));
     let direct =
         "<integrator type=\"direct\"><integer name=\"shading_samples\" value=\"2\"/></integrator>";

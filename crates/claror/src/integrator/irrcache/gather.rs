@@ -71,13 +71,14 @@ impl<'a> Gatherer<'a> {
         seed: u64,
     ) -> Self {
         let cache = &settings.cache;
-        let n = f64::from(cache.gather_samples.max(16)).sqrt().round() as u32;
+        let n = f64::from(cache.gather_samples().max(16)).sqrt().round() as u32;
         let uses_mesh = cache.criterion == Criterion::Hessian;
         let grid = if uses_mesh {
             Grid::Concentric { n }
         } else {
             // Cells about as wide as high.
-            let m = (f64::from(cache.gather_samples.max(16)) / std::f64::consts::PI).sqrt().round();
+            let m =
+                (f64::from(cache.gather_samples().max(16)) / std::f64::consts::PI).sqrt().round();
             Grid::Polar { m: m as u32, n: (m * std::f64::consts::PI).round() as u32 }
         };
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);

@@ -71,7 +71,12 @@ mod tests {
     ];
 
     fn scene(mut t: TestScene) -> Scene {
-        let cache = IrrCacheSettings { gather_samples: 100, noise: 0.5, ..Default::default() };
+        let cache = IrrCacheSettings {
+            gather_samples: Some(100),
+            noise: 0.5,
+            leak_protection: Some(false),
+            ..Default::default()
+        };
         t.tables.integrator = IntegratorSettings {
             kind: IntegratorKind::IrradianceCache,
             cache,

@@ -32,7 +32,7 @@ const COARSE: IrrCacheSettings = IrrCacheSettings {
     exponent: 0.25,
     ellipse: false,
     noise: 1.0,
-    gather_samples: 64,
+    gather_samples: Some(64),
     min_pixel_spacing: 3.0,
     max_pixel_spacing: 160.0,
     min_radius: 0.0,

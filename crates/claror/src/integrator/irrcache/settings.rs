@@ -50,7 +50,7 @@ pub struct IrrCacheSettings {
     /// Relative standard error of a record that is worth more rays.
     pub noise: f32,
     /// Rays of a record.
-    pub gather_samples: u32,
+    pub gather_samples: Option<u32>,
     /// Least radius, pixels.
     pub min_pixel_spacing: f32,
     /// Largest radius, pixels.
@@ -94,6 +94,13 @@ pub struct IrrCacheSettings {
     /// Share of look-ups that are corrected by a random walk, 0 to 1.
     pub debias: f32,
 }
+
+/// With this error and so many rays per record, and so many samples in the pixels that need them,
+/// the Cornell box has least squared error times time. What each part adds to the error changes
+/// with the rays and samples by about these powers.
+const DEFAULT_ERROR: f32 = 0.05;
+const DEFAULT_SAMPLES: f32 = 576.0;
+const DEFAULT_PIXEL_SAMPLES: f32 = 64.0;
 
 /// How many records the oldest programs interpolated between.
 const THESIS_NEAREST: u32 = 4;
@@ -146,6 +153,24 @@ impl IrrCacheSettings {
         }
     }
 
+    /// Rays of a record: as many as the error is worth if none were set.
+    pub fn gather_samples(&self) -> u32 {
+        let derived = DEFAULT_SAMPLES * self.refinement().sqrt();
+        let (least, most) = (*Self::GATHER_SAMPLES.start(), *Self::GATHER_SAMPLES.end());
+        self.gather_samples.unwrap_or((derived as u32).clamp(least, most))
+    }
+
+    /// Samples that a pixel may get at most, unless the scene wants more.
+    pub fn pixel_samples(&self) -> u32 {
+        (DEFAULT_PIXEL_SAMPLES * self.refinement()).clamp(16.0, 65_536.0) as u32
+    }
+
+    /// How much finer than by default everything is to be.
+    fn refinement(&self) -> f32 {
+        DEFAULT_ERROR * self.quality / self.error
+    }
+
+    /// Ward's accuracy, of the criterion if none was set.
     pub(super) fn accuracy(&self) -> f32 {
         self.accuracy.unwrap_or(RadiusSettings::new(self.criterion).accuracy)
     }
@@ -191,13 +216,13 @@ impl Default for IrrCacheSettings {
     fn default() -> Self {
         Self {
             criterion: Criterion::Hessian,
-            error: 0.1,
+            error: DEFAULT_ERROR,
             accuracy: None,
             quality: 1.0,
             exponent: 0.25,
             ellipse: false,
             noise: 0.2,
-            gather_samples: 576,
+            gather_samples: None,
             min_pixel_spacing: 3.0,
             max_pixel_spacing: 160.0,
             min_radius: 0.0,

@@ -216,7 +216,7 @@ fn debias_takes_the_bias_of_a_coarse_cache_away() {
             criterion: Criterion::Ward88,
             accuracy: Some(5.0),
             error: 5.0,
-            gather_samples: 16,
+            gather_samples: Some(16),
             noise: 1e3,
             min_pixel_spacing: 40.0,
             debias,

@@ -196,7 +196,7 @@ fn a_coarse_cache_is_found_out() {
     let cache = IrrCacheSettings {
         criterion: Criterion::Ward88,
         accuracy: Some(5.0),
-        gather_samples: 16,
+        gather_samples: Some(16),
         noise: 1e3,
         min_pixel_spacing: 40.0,
         ..Default::default()

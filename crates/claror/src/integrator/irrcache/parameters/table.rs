@@ -72,13 +72,13 @@ pub const PARAMETERS: &[CacheParameter] = &[
     CacheParameter {
         name: "gather_samples",
         unit: "rays",
-        doc: "rays of a record; rounded to a grid",
+        doc: "rays of a record, rounded to a grid; by default what `error` is worth",
         changes_records: true,
         field: Field::Count {
             least: *IrrCacheSettings::GATHER_SAMPLES.start(),
             most: *IrrCacheSettings::GATHER_SAMPLES.end(),
-            get: |s| s.gather_samples,
-            set: |s, v| s.gather_samples = v,
+            get: IrrCacheSettings::gather_samples,
+            set: |s, v| s.gather_samples = Some(v),
         },
     },
     CacheParameter {
