@@ -90,7 +90,9 @@ impl IrradianceHash {
                 statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
                 statistics.walks = end;
             }
-            if relative_error(&sums) <= WANTED || goal >= WALKS.1 {
+            // Where nothing is diffuse, walks have nothing to fill.
+            let is_empty = tables.iter().all(Table::is_empty);
+            if is_empty || relative_error(&sums) <= WANTED || goal >= WALKS.1 {
                 let mut hash = walker.hash;
                 let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
                 // As when it is read from a file.
