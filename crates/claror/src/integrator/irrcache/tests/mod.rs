@@ -1,3 +1,5 @@
+mod invariances;
+
 use super::*;
 use crate::bsdf::{Bsdf, MicrofacetKind};
 use crate::emitter::Emitter;
