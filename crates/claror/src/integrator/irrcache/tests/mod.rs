@@ -1,3 +1,4 @@
+mod criteria;
 mod invariances;
 
 use super::*;
