@@ -1,5 +1,6 @@
 mod criteria;
 mod invariances;
+mod seams;
 
 use super::*;
 use crate::bsdf::{Bsdf, MicrofacetKind};
