@@ -1,6 +1,7 @@
 mod criteria;
 mod invariances;
 mod seams;
+mod shadows;
 
 use super::*;
 use crate::bsdf::{Bsdf, MicrofacetKind};
