@@ -1,3 +1,4 @@
+mod corner_cases;
 mod criteria;
 mod invariances;
 mod seams;
