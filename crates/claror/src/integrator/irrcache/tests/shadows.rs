@@ -81,50 +81,52 @@ fn walls_of_a_millimetre_are_tight() {
 }
 
 /// A view of both floors from above the ceiling, which the near plane cuts away: now there are walks
-/// and records on either side. Beside the wall's foot, farther from it than the least radius
-/// reaches, its dark side is as dark as without the other lamp within five per cent, and beside
-/// that never more than twice as bright.
+/// and records on either side. On the floor of the dark one, farther from the wall than the least
+/// radius reaches, look-ups agree with walks within ten per cent and three standard errors of these.
 #[test]
 #[ignore = "records reach through thin walls: nothing in them tells where a wall stands"]
 fn walls_seen_from_both_sides_are_tight() {
     for bounces in [Bounces::Hash, Bounces::Path] {
-        let caches = [true, false].map(|is_lit| {
-            let mut t = two_rooms(is_lit, 1);
-            t.tables.integrator = cached(IrrCacheSettings { bounces, ..Default::default() });
-            t.tables.sensors.clear();
-            t.camera(DVec3::new(0.05, 3.0, 0.03), DVec3::new(0.0, -1.0, 0.0), 60.0, 480);
-            let sensor = &mut t.tables.sensors[0];
-            sensor.near_clip = 2.5;
-            sensor.film.crop = CropWindow { x: 192, y: 192, width: 96, height: 96 };
-            build(&t.build())
-        });
-        let [lit, unlit] = caches.each_ref().map(beside_the_wall);
-        for ((lit, unlit), pixels) in lit.into_iter().zip(unlit).zip(PIXELS) {
-            let limit = if pixels > 5.0 { 1.05 } else { 2.0 };
-            assert!(lit < limit * unlit, "{bounces:?}, {pixels} pixels: {lit}, alone {unlit}");
+        let mut t = two_rooms(true, 1);
+        t.tables.integrator = cached(IrrCacheSettings { bounces, ..Default::default() });
+        t.tables.sensors.clear();
+        t.camera(DVec3::new(0.05, 3.0, 0.03), DVec3::new(0.0, -1.0, 0.0), 60.0, 480);
+        let sensor = &mut t.tables.sensors[0];
+        sensor.near_clip = 2.5;
+        sensor.film.crop = CropWindow { x: 192, y: 192, width: 96, height: 96 };
+        let scene = t.build();
+        let cache = build(&scene);
+        let excess = PIXELS.map(|pixels| excess(&scene, &cache, pixels));
+        for ((excess, error), pixels) in excess.into_iter().zip(PIXELS) {
+            let is_far = pixels > 5.0;
+            assert!(!is_far || excess < 0.1 + 3.0 * error, "{bounces:?}, {pixels} px: {excess}");
         }
     }
 }
 
 /// Distances from the wall's foot.
-const PIXELS: [f32; 7] = [0.5, 1.5, 3.0, 5.0, 8.0, 15.0, 25.0];
+const PIXELS: [f32; 8] = [0.5, 1.5, 3.0, 5.0, 8.0, 15.0, 25.0, 40.0];
 /// Side of a pixel on the floor in the view from above.
 const PIXEL: f32 = 0.0096;
 
-/// Cached irradiance on the floor of the dark room along the foot of the wall: by distance from it,
-/// the mean over a part of the wall's length.
-fn beside_the_wall(cache: &IrradianceCache) -> [f64; PIXELS.len()] {
-    PIXELS.map(|pixels| {
-        let found = (0..40).filter_map(|i| {
-            let x = PIXEL * pixels + HALF_WALL as f32;
-            let p = Vec3::new(x, -1.0, -0.3 + 0.015 * i as f32);
-            let found = cache.lookup(&Query { p, n_smooth: Vec3::Y, n_shading: Vec3::Y })?;
-            Some(f64::from(found.irradiance.luminance()))
-        });
-        let (sum, count) = found.fold((0.0, 0), |(sum, count), e| (sum + e, count + 1));
-        assert!(count > 30, "{count} points were served");
-        sum / f64::from(count)
-    })
+/// How much brighter than by walks the cache shows the floor of the dark room so far from the wall,
+/// and the standard error of that: means over places along the wall, relative.
+fn excess(scene: &Scene, cache: &IrradianceCache, pixels: f32) -> (f64, f64) {
+    let settings = ProbeSettings { batches: 8, grid: 16, seed: 5 };
+    let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+    let from = Vec3::new(0.8, -0.5, 0.0);
+    let [mut found, mut expected, mut variance] = [0.0, 0.0, 0.0];
+    for i in 0..6_u32 {
+        let to = Vec3::new(PIXEL * pixels + HALF_WALL as f32, -1.0, -0.3 + 0.12 * i as f32);
+        let ray = Ray::new(from, (to - from).normalize());
+        let mut chain = Sampler::new(&streams, (0, 0), 0);
+        let probe = cache.probe(scene, &ray, &mut chain, &settings, i, &mut 0).expect("a floor");
+        assert!(probe.position.distance(to) < 1e-3, "{probe:?}");
+        found += f64::from(probe.cached.expect("in view").irradiance.luminance());
+        expected += f64::from(probe.expected.luminance());
+        variance += probe.variance;
+    }
+    (found / expected - 1.0, variance.sqrt() / expected)
 }
 
 /// A black plate a little above the floor takes the indirect light from under it. Look-ups against
