@@ -24,7 +24,7 @@ use crate::irradiance::{
     Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, limited, lookup,
     lookup_seen,
 };
-use crate::math::{Bounds3, Ray, Vec2, Vec3};
+use crate::math::{Bounds3, Ray, Vec2};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::{Camera, Sensor};
@@ -353,17 +353,12 @@ impl Eye<'_> {
         let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
         let ray = self.camera.ray(film, Vec2::splat(0.5));
         let beside = self.camera.ray(film + Vec2::X, Vec2::splat(0.5));
-        let footprint = |way: f32| {
-            let spread: Vec3 = beside.at(way) - ray.at(way);
-            spread.length()
-        };
-        // Rays of one pixel start apart with a lens or without perspective: the way counts from
-        // where they start.
-        let (at_start, at_one) = (footprint(0.0), footprint(1.0));
         let key = pixel_key(x, y);
         let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
         let seen = first_diffuse(self.scene, ray, &mut sampler)?;
-        let footprint = at_start + (at_one - at_start) * seen.way;
+        // Rays of one pixel start apart with a lens or without perspective. No difference of points
+        // on them: far from the origin it would be rounding.
+        let footprint = (beside.o - ray.o + (beside.d - ray.d) * seen.way).length();
         Some(Place { si: seen.si, footprint, key })
     }
 }

@@ -14,8 +14,9 @@ use crate::spectrum::Rgb;
 
 /// Cells that fewer walks visited are too noisy.
 const LEAST_VISITS: u32 = 4;
-/// Least and largest number of walks.
+/// Least and largest number of walks, and the largest per pixel: small pictures are not worth many.
 const WALKS: (usize, usize) = (1 << 15, 1 << 23);
+const WALKS_PER_PIXEL: usize = 64;
 /// Walks go on until what they say about the mean of the picture has this relative standard error.
 /// All records share them, so their errors do not average out.
 const WANTED: f64 = 0.002;
@@ -65,7 +66,9 @@ impl IrradianceHash {
         is_cancelled: IsCancelled,
     ) -> Option<(Self, HashStatistics)> {
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);
-        let count = WALKS.1 as u32;
+        let pixels = crop.width as usize * crop.height as usize;
+        let most = (pixels * WALKS_PER_PIXEL).next_power_of_two().clamp(WALKS.0, WALKS.1);
+        let count = most as u32;
         let samples =
             SamplerSettings { kind: SamplerKind::Sobol, sample_count: count, seed: !seed };
         let walker = Walker { scene, camera, crop, samples, hash: Self::empty(extent) };
@@ -90,7 +93,9 @@ impl IrradianceHash {
                 statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
                 statistics.walks = end;
             }
-            if relative_error(&sums) <= WANTED || goal >= WALKS.1 {
+            // Where nothing is diffuse, walks have nothing to fill.
+            let is_empty = tables.iter().all(Table::is_empty);
+            if is_empty || relative_error(&sums) <= WANTED || goal >= most {
                 let mut hash = walker.hash;
                 let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
                 // As when it is read from a file.

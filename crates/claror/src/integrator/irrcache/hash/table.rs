@@ -25,6 +25,10 @@ impl Table {
         Self { slots: vec![EMPTY; 16], occupied: 0 }
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.occupied == 0
+    }
+
     /// Adds a value to a cell; sums depend on the order of the calls. `key` is a hash, not 0.
     pub(super) fn add(&mut self, key: u64, value: Rgb) {
         if 2 * (self.occupied + 1) > self.slots.len() {

@@ -1,3 +1,9 @@
+mod corner_cases;
+mod criteria;
+mod invariances;
+mod seams;
+mod shadows;
+
 use super::*;
 use crate::bsdf::{Bsdf, MicrofacetKind, PerturbationOptions};
 use crate::emitter::{Emitter, Sky};

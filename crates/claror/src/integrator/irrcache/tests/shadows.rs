@@ -1,0 +1,170 @@
+//! Light where it belongs: not through walls, and not under what stands in its way.
+
+use super::*;
+use crate::film::CropWindow;
+use crate::math::{Ray, Vec3};
+
+/// Half of the thickness of the wall between the rooms.
+const HALF_WALL: f64 = 0.0005;
+/// How much brighter the lamp of the bright room is.
+const BRIGHT: f32 = 16.0;
+
+/// Two closed rooms, [-2, 0] and [0, 2] × [-1, 1]², whose floor, ceiling and outer walls are one
+/// shape that goes on under the wall of one millimetre between them. Each has a lamp; that of the
+/// first shines only if it `is_lit`.
+fn two_rooms(is_lit: bool, seed: u64) -> TestScene {
+    let mut t = TestScene::default();
+    let grey = t.diffuse(Rgb::splat(0.6));
+    let black = t.diffuse(Rgb::BLACK);
+    t.room(grey);
+    for p in &mut t.tables.shapes.meshes[0].positions {
+        p.x *= 2.0;
+    }
+    for side in [-1.0, 1.0] {
+        let at = DVec3::new(side * HALF_WALL, 0.0, 0.0);
+        t.shape(ShapeKind::Rectangle(place(at, DVec3::X * side, DVec3::splat(1.01))), grey);
+    }
+    for (side, radiance) in [(-1.0, BRIGHT), (1.0, 1.0)] {
+        let at = DVec3::new(side, 0.99, 0.0);
+        let lamp = place(at, -DVec3::Y, DVec3::splat(0.3));
+        let lamp = t.shape(ShapeKind::Rectangle(lamp), black);
+        if side > 0.0 || is_lit {
+            t.emit(lamp, Rgb::splat(radiance));
+        }
+    }
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    t.camera(DVec3::new(0.15, -0.7, -0.95), DVec3::new(0.1, -0.9, 0.6), 70.0, 32);
+    t.tables.sensors[0].sampler.seed = seed;
+    t
+}
+
+/// A dark room stays as dark as it is whatever burns next door. Its picture: within half a per cent
+/// and 4.5 standard errors. Its look-ups: the mean within half a per cent and what another seed
+/// changes, each within five per cent and five times that.
+#[test]
+fn walls_of_a_millimetre_are_tight() {
+    let [lit, unlit, again] =
+        [(true, 1), (false, 1), (false, 2)].map(|(is_lit, seed)| two_rooms(is_lit, seed).build());
+    let caches = [&lit, &unlit, &again].map(build);
+    let all = |found: &LayeredRadiance| {
+        let [a, b, c, d] = found.layers();
+        a + b + c + d
+    };
+    let (mean, error) = film_mean_of(&lit, Some(&caches[0]), 600_000, all);
+    let (dark, dark_error) = film_mean_of(&unlit, Some(&caches[1]), 200_000, all);
+    let tolerance = 4.5 * error.hypot(dark_error) + 0.005 * dark;
+    assert!(mean - dark < tolerance, "{mean} beside light, {dark} beside none, {tolerance}");
+    assert!(tolerance < 0.02 * dark, "the test could tell nothing");
+
+    let camera = Camera::new(&lit.tables.sensors[0]);
+    let [mut noise, mut excess, mut count] = [0.0_f64; 3];
+    let mut worst = f64::MIN;
+    for pixel in 0..32 * 32 {
+        let film = Vec2::new((pixel % 32) as f32 + 0.5, (pixel / 32) as f32 + 0.5);
+        let Some(si) = lit.intersect(&camera.ray(film, Vec2::splat(0.5))) else { continue };
+        let n = hash::lit_normal(&si);
+        let query = Query { p: si.p, n_smooth: n, n_shading: n };
+        let found = caches
+            .each_ref()
+            .map(|cache| cache.lookup(&query).map(|f| f64::from(f.irradiance.luminance())));
+        let [Some(lit), Some(unlit), Some(again)] = found else { continue };
+        noise += (again / unlit - 1.0).powi(2);
+        excess += lit / unlit - 1.0;
+        worst = worst.max(lit / unlit - 1.0);
+        count += 1.0;
+    }
+    let noise = (noise / count).sqrt();
+    assert!(count > 900.0, "{count} points were served");
+    assert!(excess / count < 0.005 + noise, "{} on average", excess / count);
+    assert!(worst < 0.05 + 5.0 * noise, "{worst} somewhere, noise {noise}");
+    assert!(noise < 0.02, "the test could tell nothing");
+}
+
+/// A view of both floors from above the ceiling, which the near plane cuts away: now there are walks
+/// and records on either side. On the floor of the dark one, farther from the wall than the least
+/// radius reaches, look-ups agree with walks within ten per cent and three standard errors of these.
+#[test]
+fn walls_seen_from_both_sides_are_tight() {
+    for bounces in [Bounces::Hash, Bounces::Path] {
+        let mut t = two_rooms(true, 1);
+        t.tables.integrator = cached(IrrCacheSettings { bounces, ..Default::default() });
+        t.tables.sensors.clear();
+        t.camera(DVec3::new(0.05, 3.0, 0.03), DVec3::new(0.0, -1.0, 0.0), 60.0, 480);
+        let sensor = &mut t.tables.sensors[0];
+        sensor.near_clip = 2.5;
+        sensor.film.crop = CropWindow { x: 192, y: 192, width: 96, height: 96 };
+        let scene = t.build();
+        let cache = build(&scene);
+        let excess = PIXELS.map(|pixels| excess(&scene, &cache, pixels));
+        for ((excess, error), pixels) in excess.into_iter().zip(PIXELS) {
+            let is_far = pixels > 5.0;
+            assert!(!is_far || excess < 0.1 + 3.0 * error, "{bounces:?}, {pixels} px: {excess}");
+        }
+    }
+}
+
+/// Distances from the wall's foot.
+const PIXELS: [f32; 8] = [0.5, 1.5, 3.0, 5.0, 8.0, 15.0, 25.0, 40.0];
+/// Side of a pixel on the floor in the view from above.
+const PIXEL: f32 = 0.0096;
+
+/// How much brighter than by walks the cache shows the floor of the dark room so far from the wall,
+/// and the standard error of that: means over places along the wall, relative.
+fn excess(scene: &Scene, cache: &IrradianceCache, pixels: f32) -> (f64, f64) {
+    let settings = ProbeSettings { batches: 8, grid: 16, seed: 5 };
+    let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+    let from = Vec3::new(0.8, -0.5, 0.0);
+    let [mut found, mut expected, mut variance] = [0.0, 0.0, 0.0];
+    for i in 0..6_u32 {
+        let to = Vec3::new(PIXEL * pixels + HALF_WALL as f32, -1.0, -0.3 + 0.12 * i as f32);
+        let ray = Ray::new(from, (to - from).normalize());
+        let mut chain = Sampler::new(&streams, (0, 0), 0);
+        let probe = cache.probe(scene, &ray, &mut chain, &settings, i, &mut 0).expect("a floor");
+        assert!(probe.position.distance(to) < 1e-3, "{probe:?}");
+        found += f64::from(probe.cached.expect("in view").irradiance.luminance());
+        expected += f64::from(probe.expected.luminance());
+        variance += probe.variance;
+    }
+    (found / expected - 1.0, variance.sqrt() / expected)
+}
+
+/// A black plate a little above the floor takes the indirect light from under it. Look-ups against
+/// walks: within ten per cent and three standard errors of the walks.
+#[test]
+fn a_plate_casts_its_shadow_into_the_cache() {
+    let mut t = TestScene::default();
+    let grey = t.diffuse(Rgb::splat(0.6));
+    let black = t.diffuse(Rgb::BLACK);
+    t.room(grey);
+    let lamp = place(DVec3::new(0.0, 0.99, 0.0), -DVec3::Y, DVec3::splat(0.2));
+    let lamp = t.shape(ShapeKind::Rectangle(lamp), black);
+    t.emit(lamp, Rgb::splat(0.1));
+    let plate = place(DVec3::new(0.0, -0.85, 0.0), DVec3::Y, DVec3::splat(0.35));
+    t.shape(ShapeKind::Rectangle(plate), black);
+    let eye = DVec3::new(0.0, -0.87, -0.98);
+    t.camera(eye, DVec3::new(0.0, -1.0, 0.0), 80.0, 48);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    let cache = build(&scene);
+    let settings = ProbeSettings { batches: 48, grid: 24, seed: 5 };
+    let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+    let mut seen = Vec::new();
+    for (stream, x) in [-0.8, -0.6, -0.45, -0.3, -0.15, 0.0, 0.2, 0.4, 0.7].into_iter().enumerate()
+    {
+        let target = Vec3::new(x, -1.0, -0.05);
+        let from = eye.as_vec3();
+        let ray = Ray::new(from, (target - from).normalize());
+        let mut chain = Sampler::new(&streams, (0, 0), 0);
+        let probe = cache
+            .probe(&scene, &ray, &mut chain, &settings, stream as u32, &mut 0)
+            .expect("the floor is there");
+        assert!(probe.position.distance(target) < 1e-3, "{probe:?}");
+        let found = f64::from(probe.cached.expect("in view").irradiance.luminance());
+        let expected = f64::from(probe.expected.luminance());
+        let tolerance = 0.1 * expected + 3.0 * probe.variance.sqrt();
+        assert!((found - expected).abs() < tolerance, "at {x}: {found}, by walks {expected}");
+        seen.push(expected);
+    }
+    let beside = seen[0].min(seen[8]);
+    assert!(seen[5] < 0.5 * beside, "no shadow to be found: {seen:?}");
+}
