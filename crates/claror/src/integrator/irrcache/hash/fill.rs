@@ -16,7 +16,7 @@ use crate::spectrum::Rgb;
 const LEAST_VISITS: u32 = 4;
 /// Least and largest number of walks, and the largest per pixel: small pictures are not worth many.
 const WALKS: (usize, usize) = (1 << 15, 1 << 23);
-const WALKS_PER_PIXEL: usize = 64;
+const WALKS_PER_PIXEL: usize = 128;
 /// Walks go on until what they say about the mean of the picture has this relative standard error.
 /// All records share them, so their errors do not average out.
 const WANTED: f64 = 0.002;
