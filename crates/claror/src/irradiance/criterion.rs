@@ -265,6 +265,9 @@ pub fn radii(estimates: &Estimates, bounds: &RadiusBounds, settings: &RadiusSett
         let limit = level / luminance_gradient(&estimates.translational).length();
         if limit < natural[0] {
             natural[0] = limit;
+            if !settings.ellipse {
+                natural[1] = limit;
+            }
             flags |= Record::GRADIENT_LIMITED;
         }
     }
