@@ -221,7 +221,7 @@ impl Default for IrrCacheSettings {
             quality: 1.0,
             exponent: 0.25,
             ellipse: false,
-            noise: 0.2,
+            noise: 0.1,
             gather_samples: None,
             min_pixel_spacing: 3.0,
             max_pixel_spacing: 160.0,
