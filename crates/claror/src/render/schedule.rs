@@ -42,6 +42,45 @@ fn is_round_end(spp: u32) -> bool {
     if spp < LONGEST_ROUND { spp.is_power_of_two() } else { spp.is_multiple_of(LONGEST_ROUND) }
 }
 
+/// How many samples pixels get.
+struct Plan {
+    /// Whether pixels that seem to be done are left alone.
+    adaptive: bool,
+    /// How far off these may be.
+    tolerance: f32,
+    /// Samples of a pixel at the most, if that is not left to time or error.
+    limit: Option<u32>,
+}
+
+impl Plan {
+    fn new(scene: &Scene, sensor: &Sensor, settings: &RenderSettings) -> Self {
+        let integrator = &scene.tables.integrator;
+        // Leaving pixels alone that look done by chance is a bias, which `debias` is to take away.
+        let adaptive =
+            integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
+        let mut count = sensor.sampler.sample_count;
+        if adaptive {
+            count = integrator.cache.pixel_samples().max(count / PATH_SAMPLES);
+        }
+        let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
+        Self {
+            adaptive,
+            tolerance: settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE),
+            limit: settings.spp.or((!unlimited).then_some(count)),
+        }
+    }
+
+    /// Which pixels take part in the round that begins at `spp` samples.
+    fn choice(&self, spp: u32) -> Choice {
+        match (self.adaptive && spp >= ADAPTIVE_FROM, is_round_end(spp)) {
+            (false, _) => Choice::All,
+            // A limit cut the round short: it is finished as it was begun.
+            (true, false) => Choice::Active,
+            (true, true) => Choice::Needing(self.tolerance),
+        }
+    }
+}
+
 struct Round<'a> {
     settings: &'a RenderSettings,
     observer: &'a dyn Observer,
@@ -96,24 +135,14 @@ pub(super) fn run(
 ) -> RenderOutput {
     let Prepared { cache, rays: cache_rays } = prepared;
     let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
-    let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
-    // Leaving pixels alone that look done by chance is a bias, which `debias` is to take away.
-    let integrator = &scene.tables.integrator;
-    let adaptive =
-        integrator.kind == IntegratorKind::IrradianceCache && integrator.cache.debias <= 0.0;
-    let count = sensor.sampler.sample_count;
-    let default =
-        if adaptive { integrator.cache.pixel_samples().max(count / PATH_SAMPLES) } else { count };
-    let default = if unlimited { None } else { Some(default) };
-    let tolerance = settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE);
+    let plan = Plan::new(scene, sensor, settings);
     let samples = state.film.sample_counts().1;
     let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);
-    let limit = settings.spp.or(default);
     let round = Round {
         settings,
         observer,
-        limit,
-        target_samples: limit.filter(|_| !adaptive).map(|n| u64::from(n) * pixels),
+        limit: plan.limit,
+        target_samples: plan.limit.filter(|_| !plan.adaptive).map(|n| u64::from(n) * pixels),
         samples: AtomicU64::new(samples),
         rays: AtomicU64::new(0),
         pause: AtomicBool::new(false),
@@ -127,16 +156,8 @@ pub(super) fn run(
             break reason;
         }
         let end = round_end(spp, round.limit);
-        if is_between_rounds {
-            let choice = match (adaptive && spp >= ADAPTIVE_FROM, is_round_end(spp)) {
-                (false, _) => Choice::All,
-                // A limit cut the round short: it is finished as it was begun.
-                (true, false) => Choice::Active,
-                (true, true) => Choice::Needing(tolerance),
-            };
-            if !state.film.begin_round(spp, end, choice) {
-                break StopReason::Error;
-            }
+        if is_between_rounds && !state.film.begin_round(spp, end, plan.choice(spp)) {
+            break StopReason::Error;
         }
         let samples = SamplerTable::new(&sensor.sampler, spp, end);
         loop {
