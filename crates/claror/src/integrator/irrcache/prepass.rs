@@ -19,6 +19,7 @@ use super::{
 };
 use crate::bsdf::BsdfAtHit;
 use crate::film::CropWindow;
+use crate::integrator::light::past;
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{
     Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, limited, lookup,
@@ -401,11 +402,17 @@ pub(super) fn first_diffuse_by(
 ) -> Option<Seen> {
     let (mut way, mut throughput) = (0.0, Rgb::WHITE);
     let mut bsdf = BsdfAtHit::empty();
-    for depth in 0..MAX_CHAIN {
+    let hides_emitters = scene.tables.integrator.hide_emitters;
+    let mut depth = 0;
+    while depth < MAX_CHAIN {
         let si = scene.intersect(&ray)?;
         way += si.t;
         let tables = &scene.tables;
         let shape = &tables.shapes.shapes[si.shape.0 as usize];
+        if hides_emitters && depth == 0 && shape.emitter.is_some() {
+            ray = past(&si, &ray);
+            continue;
+        }
         tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
         let albedo = bsdf.diffuse_albedo();
         if !albedo.is_black() {
@@ -418,6 +425,7 @@ pub(super) fn first_diffuse_by(
         let sample = bsdf.sample(u_lobe, u)?;
         throughput *= sample.weight;
         ray = si.spawn_ray(sample.wi);
+        depth += 1;
     }
     None
 }

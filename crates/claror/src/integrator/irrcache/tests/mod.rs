@@ -294,6 +294,29 @@ fn normal_maps_turn_what_the_cache_holds() {
     }
 }
 
+/// A hidden lamp gets no record; the wall behind it does.
+#[test]
+fn hidden_lamps_are_looked_through() {
+    let records_on_the_lamp = |hide_emitters| {
+        let mut t = TestScene::default();
+        let grey = t.diffuse(Rgb::splat(0.5));
+        t.room(grey);
+        let lamp = place(DVec3::new(0.0, 0.0, 0.5), -DVec3::Z, DVec3::splat(0.5));
+        let lamp = t.shape(ShapeKind::Rectangle(lamp), grey);
+        t.emit(lamp, Rgb::WHITE);
+        t.camera(DVec3::new(0.0, 0.0, -0.9), DVec3::Z, 60.0, 24);
+        let settings = cached(IrrCacheSettings { noise: 1.0, ..Default::default() });
+        t.tables.integrator = IntegratorSettings { hide_emitters, ..settings };
+        let records = build(&t.build()).records;
+        let count = |z: f32| records.iter().filter(|r| (r.position.z - z).abs() < 1e-3).count();
+        (count(0.5), count(1.0))
+    };
+    let (on_lamp, behind) = records_on_the_lamp(true);
+    assert_eq!(on_lamp, 0);
+    let (on_shown_lamp, behind_it) = records_on_the_lamp(false);
+    assert!(on_shown_lamp > 0 && behind > behind_it, "{on_shown_lamp}, {behind}, {behind_it}");
+}
+
 /// A finer error makes more records, up to a few per cent of chance.
 #[test]
 fn finer_errors_make_more_records() {
