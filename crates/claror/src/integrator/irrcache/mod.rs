@@ -18,10 +18,6 @@ mod file;
 mod gather;
 mod hash;
 mod inspect;
-#[cfg(test)]
-mod knobs;
-#[cfg(test)]
-mod leaks;
 mod parameters;
 mod prepass;
 mod probe;

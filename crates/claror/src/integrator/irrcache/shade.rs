@@ -309,8 +309,10 @@ impl Chain<'_> {
         self.signature.add((light.is_some() && !is_visible).into());
         let unoccluded = light.as_ref().map_or(Rgb::BLACK, |l| self.throughput * l.contribution());
         let found = if is_visible { unoccluded } else { Rgb::BLACK };
-        let is_first = self.vertices == 0;
-        if is_first && self.settings.cache.analytic_direct && lights.has_closed_form() {
+        let cache = &self.settings.cache;
+        // The ratio that this makes of many samples is a bias, which `debias` is to take away.
+        let is_wanted = cache.analytic_direct && cache.debias <= 0.0 && self.vertices == 0;
+        if is_wanted && lights.has_closed_form() {
             let exact = lights.unoccluded_irradiance(&self.scene.tables, si.p, lit_normal(si));
             let scale = self.throughput * bsdf.diffuse_albedo() * FRAC_1_PI;
             self.closed.control.exact += scale * exact;

@@ -1,6 +1,8 @@
 mod corner_cases;
 mod criteria;
 mod invariances;
+mod knobs;
+mod leaks;
 mod seams;
 mod shadows;
 

@@ -1,60 +1,24 @@
 //! Every parameter does what it says.
 
 use super::*;
-use crate::emitter::Sky;
 use crate::integrator::{IntegratorKind, IntegratorSettings};
 use crate::irradiance::{Criterion, IndexKind, clamped_by_neighbour};
 use crate::math::Vec3;
-use crate::render::{Observer, Progress, RenderSettings, RenderState, render};
+use crate::render::{RenderSettings, render};
 use crate::scene::Scene;
 use crate::scene::test_scene::mixed_room;
-use std::time::Duration;
-
-struct Silent;
-
-impl Observer for Silent {
-    fn elapsed(&self) -> Duration {
-        Duration::ZERO
-    }
-    fn is_cancelled(&self) -> bool {
-        false
-    }
-    fn progress(&self, _: &Progress) {}
-    fn checkpoint(&self, _: &RenderState) {}
-}
 
 /// Few rays, so that tests are quick.
-const COARSE: IrrCacheSettings = IrrCacheSettings {
-    criterion: Criterion::Hessian,
-    error: 0.1,
-    accuracy: None,
-    quality: 1.0,
-    exponent: 0.25,
-    ellipse: false,
-    noise: 1.0,
-    gather_samples: Some(64),
-    min_pixel_spacing: 3.0,
-    max_pixel_spacing: 160.0,
-    min_radius: 0.0,
-    max_radius: 0.0,
-    ambient_resolution: 0.0,
-    max_angle: None,
-    crevice_spread: None,
-    clamp_neighbor: None,
-    overture: None,
-    leak_protection: Some(false),
-    index: None,
-    nearest: None,
-    overlap: None,
-    min_weight: None,
-    in_front: None,
-    gradients: None,
-    mix: None,
-    sky: Sky::Auto,
-    bounces: Bounces::Path,
-    analytic_direct: true,
-    debias: 0.0,
-};
+fn coarse() -> IrrCacheSettings {
+    IrrCacheSettings {
+        error: 0.1,
+        noise: 1.0,
+        gather_samples: Some(64),
+        leak_protection: Some(false),
+        bounces: Bounces::Path,
+        ..Default::default()
+    }
+}
 
 fn room(cache: IrrCacheSettings) -> Scene {
     let mut t = mixed_room(24);
@@ -95,15 +59,19 @@ fn queries(records: &[Record]) -> Vec<Query> {
 
 #[test]
 fn radii_in_scene_units_override_pixels() {
-    let usual = cache(COARSE);
-    let settings =
-        IrrCacheSettings { min_radius: 0.12, max_radius: 0.2, crevice_spread: Some(0.0), ..COARSE };
+    let usual = cache(coarse());
+    let settings = IrrCacheSettings {
+        min_radius: 0.12,
+        max_radius: 0.2,
+        crevice_spread: Some(0.0),
+        ..coarse()
+    };
     let bounded = cache(settings);
     assert!(bounded.records.iter().all(|r| r.radii[0] >= 0.12 && r.radii[0] <= 0.2));
     let outside = |r: &Record| r.radii[0] < 0.12 || r.radii[0] > 0.2;
     assert!(usual.records.iter().any(outside), "the test could tell nothing");
     // Radiance's way: the room is 2 wide.
-    let radiance = IrrCacheSettings { ambient_resolution: 4.0, accuracy: Some(0.3), ..COARSE };
+    let radiance = IrrCacheSettings { ambient_resolution: 4.0, accuracy: Some(0.3), ..coarse() };
     let radiance = IrrCacheSettings { crevice_spread: Some(0.0), ..radiance };
     let least = cache(radiance).records.iter().map(|r| r.radii[0]).fold(f32::INFINITY, f32::min);
     assert!((least - 0.15).abs() < 0.01, "{least}");
@@ -115,7 +83,7 @@ fn radii_in_scene_units_override_pixels() {
 #[test]
 fn a_smaller_angle_makes_more_records_on_what_is_round() {
     for criterion in [Criterion::Hessian, Criterion::Tabellion04, Criterion::Ward92] {
-        let coarse = IrrCacheSettings { criterion, accuracy: Some(1.5), ..COARSE };
+        let coarse = IrrCacheSettings { criterion, accuracy: Some(1.5), ..coarse() };
         let with = |max_angle| cache(IrrCacheSettings { max_angle, ..coarse }).records;
         let (wide, narrow) = (with(Some(60.0)), with(Some(3.0)));
         let on_sphere = |records: &[Record]| {
@@ -131,7 +99,7 @@ fn a_smaller_angle_makes_more_records_on_what_is_round() {
 #[test]
 fn gradients_are_made_and_used_where_wanted() {
     let with = |criterion, gradients| {
-        cache(IrrCacheSettings { criterion, gradients: Some(gradients), ..COARSE })
+        cache(IrrCacheSettings { criterion, gradients: Some(gradients), ..coarse() })
     };
     let sum = |c: &IrradianceCache| {
         c.records.iter().map(|r| r.translational[1].length()).fold(0.0, f32::max)
@@ -139,9 +107,9 @@ fn gradients_are_made_and_used_where_wanted() {
     assert_eq!(sum(&with(Criterion::Ward92, false)), 0.0);
     assert!(sum(&with(Criterion::Ward88, true)) > 0.0);
     // Of the same records, means without them are no larger than the largest record.
-    let cache = cache(COARSE);
+    let cache = cache(coarse());
     let contents = || CacheContents::from_bytes(&cache.to_bytes()).expect("what was written");
-    let none = IrrCacheSettings { gradients: Some(false), ..COARSE };
+    let none = IrrCacheSettings { gradients: Some(false), ..coarse() };
     let plain = contents().freeze(&none, Bounds3::EMPTY);
     let largest = cache.records.iter().map(|r| r.irradiance.g).fold(0.0, f32::max);
     let mut differ = 0;
@@ -158,7 +126,7 @@ fn gradients_are_made_and_used_where_wanted() {
 #[test]
 fn neighbours_clamp_each_other() {
     for criterion in [Criterion::Krivanek06, Criterion::Hessian, Criterion::Tabellion04] {
-        let settings = IrrCacheSettings { criterion, clamp_neighbor: Some(true), ..COARSE };
+        let settings = IrrCacheSettings { criterion, clamp_neighbor: Some(true), ..coarse() };
         let scene = room(settings);
         let cache = build(&scene);
         let slope = settings.radius().neighbour_slope();
@@ -181,7 +149,7 @@ fn neighbours_clamp_each_other() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("a pool");
         assert_eq!(pool.install(|| build(&scene)).records, cache.records);
     }
-    let defaults = Criterion::ALL.map(|c| IrrCacheSettings { criterion: c, ..COARSE });
+    let defaults = Criterion::ALL.map(|c| IrrCacheSettings { criterion: c, ..coarse() });
     let clamped: Vec<bool> = defaults.iter().map(IrrCacheSettings::clamp_neighbor).collect();
     assert_eq!(clamped, [false, false, false, false, true, false]);
 }
@@ -194,7 +162,7 @@ fn without_an_overture_pixels_see_the_past() {
             criterion: Criterion::Thesis,
             index: Some(index),
             accuracy: Some(0.05),
-            ..COARSE
+            ..coarse()
         };
         let scene = room(settings);
         let cache = build(&scene);
@@ -210,8 +178,8 @@ fn without_an_overture_pixels_see_the_past() {
             assert_eq!(before.lookup(&query), None, "record {count} was not needed");
         }
     }
-    let overture = IrrCacheSettings { overture: Some(true), ..COARSE };
-    let museum = IrrCacheSettings { overture: Some(false), ..COARSE };
+    let overture = IrrCacheSettings { overture: Some(true), ..coarse() };
+    let museum = IrrCacheSettings { overture: Some(false), ..coarse() };
     assert_ne!(state(overture), state(museum));
     assert_eq!(state(museum), state(museum));
 }
@@ -224,7 +192,7 @@ fn own_place(r: &Record) -> Query {
 #[test]
 fn exact_indices_give_the_same_picture() {
     let with = |criterion, index| {
-        state(IrrCacheSettings { criterion, index: Some(index), overture: Some(true), ..COARSE })
+        state(IrrCacheSettings { criterion, index: Some(index), overture: Some(true), ..coarse() })
     };
     for criterion in [Criterion::Hessian, Criterion::Ward92] {
         let reference = with(criterion, IndexKind::Vector);
@@ -237,7 +205,7 @@ fn exact_indices_give_the_same_picture() {
 
 #[test]
 fn look_ups_follow_their_parameters() {
-    let usual = cache(COARSE);
+    let usual = cache(coarse());
     let count = |settings| cache(settings).records.len();
     let n = usual.records.len();
     let contents = || CacheContents::from_bytes(&usual.to_bytes()).expect("what was written");
@@ -246,31 +214,31 @@ fn look_ups_follow_their_parameters() {
     let found = |c: &IrradianceCache| -> Vec<Interpolated> {
         queries.iter().filter_map(|q| c.lookup(q)).collect()
     };
-    let nearest = found(&frozen(IrrCacheSettings { nearest: Some(2), ..COARSE }));
+    let nearest = found(&frozen(IrrCacheSettings { nearest: Some(2), ..coarse() }));
     assert!(nearest.iter().all(|f| f.records <= 2));
     assert!(found(&usual).iter().any(|f| f.records > 2), "the test could tell nothing");
-    let own = found(&frozen(IrrCacheSettings { mix: Some(0.0), ..COARSE }));
+    let own = found(&frozen(IrrCacheSettings { mix: Some(0.0), ..coarse() }));
     assert!(own != found(&usual));
-    let wide = IrrCacheSettings { overlap: Some(2.5), ..COARSE };
+    let wide = IrrCacheSettings { overlap: Some(2.5), ..coarse() };
     assert!(
         count(wide) < n
             && found(&frozen(wide)).iter().map(|f| f.records).sum::<u32>()
                 > found(&usual).iter().map(|f| f.records).sum()
     );
-    let dense = count(IrrCacheSettings { min_weight: Some(1.5), ..COARSE });
-    let sparse = count(IrrCacheSettings { min_weight: Some(0.0), ..COARSE });
+    let dense = count(IrrCacheSettings { min_weight: Some(1.5), ..coarse() });
+    let sparse = count(IrrCacheSettings { min_weight: Some(0.0), ..coarse() });
     assert!(sparse < n && n < dense, "{sparse}, {n}, {dense}");
     // Without any tolerance, rounding puts half of a plane's records in front of its points.
-    let ward = IrrCacheSettings { criterion: Criterion::Ward88, ..COARSE };
+    let ward = IrrCacheSettings { criterion: Criterion::Ward88, ..coarse() };
     assert!(count(IrrCacheSettings { in_front: Some(0.0), ..ward }) > count(ward));
 }
 
 #[test]
 fn radii_follow_their_parameters() {
-    let usual = cache(COARSE).records;
-    let finer = cache(IrrCacheSettings { error: 0.05, ..COARSE }).records;
-    assert_eq!(cache(IrrCacheSettings { quality: 2.0, ..COARSE }).records, finer);
-    let ward = IrrCacheSettings { criterion: Criterion::Ward92, accuracy: Some(0.2), ..COARSE };
+    let usual = cache(coarse()).records;
+    let finer = cache(IrrCacheSettings { error: 0.05, ..coarse() }).records;
+    assert_eq!(cache(IrrCacheSettings { quality: 2.0, ..coarse() }).records, finer);
+    let ward = IrrCacheSettings { criterion: Criterion::Ward92, accuracy: Some(0.2), ..coarse() };
     let twice = IrrCacheSettings { accuracy: Some(0.4), quality: 2.0, ..ward };
     assert_eq!(cache(twice).records, cache(ward).records);
     let round = |records: &[Record]| {
@@ -278,16 +246,16 @@ fn radii_follow_their_parameters() {
         unlimited.into_iter().all(|r| r.radii[0] == r.radii[1])
     };
 
-    let small = IrrCacheSettings { min_pixel_spacing: 0.3, ..COARSE };
+    let small = IrrCacheSettings { min_pixel_spacing: 0.3, ..coarse() };
     assert!(round(&cache(small).records));
     assert!(!round(&cache(IrrCacheSettings { ellipse: true, ..small }).records));
     // The radius of the first record, which is the same point: ℓ (2ε/κ)^η.
-    let square = cache(IrrCacheSettings { exponent: 0.5, ..COARSE }).records;
+    let square = cache(IrrCacheSettings { exponent: 0.5, ..coarse() }).records;
     assert_eq!(square[0].irradiance, usual[0].irradiance);
     assert_ne!(square[0].natural_radius, usual[0].natural_radius);
     let crevices = |records: &[Record]| records.iter().any(|r| r.flags & Record::CREVICE != 0);
     // Larger pixels: least radii above what crevices allow.
-    let big = IrrCacheSettings { min_pixel_spacing: 12.0, ..COARSE };
+    let big = IrrCacheSettings { min_pixel_spacing: 12.0, ..coarse() };
     assert!(crevices(&cache(big).records));
     assert!(!crevices(&cache(IrrCacheSettings { crevice_spread: Some(0.0), ..big }).records));
 }

@@ -1,6 +1,6 @@
 //! Light behind thin walls, and places without any room.
 
-use super::gather::{Gatherer, Place};
+use super::super::gather::{Gatherer, Place};
 use super::*;
 use crate::integrator::{IntegratorKind, IntegratorSettings};
 use crate::irradiance::Criterion;
