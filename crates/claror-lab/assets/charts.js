@@ -21,26 +21,26 @@
     })));
   }
 
-  /** Labels of decades as powers, of the rest plainly. */
-  const label = (axis) => {
-    if (axis.title === "Bias") return "format(datum.value, '+.2~%')";
-    return axis.log
-      ? "datum.value >= 0.01 && datum.value < 1e5 ? format(datum.value, '~f') : format(datum.value, '~e')"
-      : "format(datum.value, '~g')";
-  };
-  const encoded = (axis, field) => ({
-    field, type: "quantitative", title: axis.title,
-    scale: { type: axis.log ? "log" : "linear", domain: axis.domain, nice: false, zero: false },
-    axis: { labelExpr: label(axis), tickCount: 6, labelOverlap: "greedy" },
-  });
+  /** Ticks are those of the static charts; lesser ones are faint and have no label. */
+  function encoded(axis, field) {
+    const values = axis.ticks.map(([value]) => value);
+    const labels = JSON.stringify(axis.ticks.map(([, text]) => text ?? ""));
+    const label = `${labels}[indexof(${JSON.stringify(values)}, datum.value)]`;
+    const faint = { condition: { test: `${label} === ''`, value: 0.45 }, value: 1 };
+    return {
+      field, type: "quantitative", title: axis.title,
+      scale: { type: axis.log ? "log" : "linear", domain: axis.domain, nice: false, ...(axis.log ? {} : { zero: false }) },
+      axis: { values, labelExpr: label, labelOverlap: false, gridOpacity: faint, tickOpacity: faint },
+    };
+  }
 
-  function specification(chart, width) {
+  function specification(chart) {
     const data = rows(chart);
     const domain = chart.lines.map((l) => l.label);
     const [ink, muted, grid] = ["--ink", "--muted", "--grid"].map(color);
     const scales = {
-      color: { field: "line", type: "nominal", title: null, scale: { domain, range: chart.lines.map((l) => color(`--series-${l.style % 6}`)) } },
-      shape: { field: "line", type: "nominal", title: null, scale: { domain, range: chart.lines.map((l) => shape(l.style)) } },
+      color: { field: "line", type: "nominal", legend: null, scale: { domain, range: chart.lines.map((l) => color(`--series-${l.style % 6}`)) } },
+      shape: { field: "line", type: "nominal", legend: null, scale: { domain, range: chart.lines.map((l) => shape(l.style)) } },
     };
     const [x, y] = [encoded(chart.x, "x"), encoded(chart.y, "y")];
     const tooltip = [
@@ -65,7 +65,7 @@
         mark: { type: "line", strokeWidth: 1.8 },
         encoding: {
           x, y, color: scales.color,
-          strokeDash: { field: "line", type: "nominal", title: null, legend: null, scale: { domain, range: chart.lines.map((l) => DASHES[l.style % DASHES.length]) } },
+          strokeDash: { field: "line", type: "nominal", legend: null, scale: { domain, range: chart.lines.map((l) => DASHES[l.style % DASHES.length]) } },
         },
       },
       { mark: { type: "rule", strokeWidth: 1.2 }, encoding: { x, y: { ...y, field: "yl" }, y2: { field: "yh" }, color: scales.color } },
@@ -82,14 +82,13 @@
         font: "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif",
         view: { stroke: null },
         axis: { labelColor: ink, titleColor: ink, gridColor: grid, domainColor: ink, tickColor: muted, labelFontSize: 12, titleFontSize: 12.5, titleFontWeight: "normal", titlePadding: 8 },
-        legend: { orient: "bottom", direction: width < 520 ? "vertical" : "horizontal", columns: width < 520 ? 1 : 2, labelColor: ink, labelFontSize: 12, labelLimit: width - 60, symbolSize: 80, symbolOpacity: 1 },
       },
     };
   }
 
   const options = {
     renderer: "svg", ast: true,
-    actions: { export: true, source: false, compiled: false, editor: false },
+    actions: false,
     tooltip: { theme: "custom" },
   };
 
@@ -98,13 +97,26 @@
     const live = figure.querySelector(".live");
     try {
       const old = live.claror;
-      live.claror = await vegaEmbed(live, specification(chart, live.clientWidth), { ...options, downloadFileName: figure.id });
+      live.claror = await vegaEmbed(live, specification(chart), options);
       old?.finalize();
       live.removeAttribute("aria-hidden");
     } catch (error) {
       figure.classList.remove("drawn");
       console.error(error);
     }
+  }
+
+  /** Three times the size on the screen, for slides. */
+  async function save(figure) {
+    const link = document.createElement("a");
+    link.href = await figure.querySelector(".live").claror.view.toImageURL("png", 3);
+    link.download = `${figure.id}.png`;
+    link.click();
+  }
+  for (const figure of figures) {
+    const button = figure.querySelector(".save-png");
+    button.hidden = false;
+    button.addEventListener("click", () => save(figure));
   }
 
   let generation = 0;

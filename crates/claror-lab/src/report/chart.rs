@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::ticks::ticks;
+
 /// Points of several series over two axes.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Chart {
@@ -24,8 +26,32 @@ pub(super) struct Chart {
 pub(super) struct Axis {
     pub title: String,
     pub log: bool,
+    /// Values are fractions shown as signed per cent, and 0 is always in sight.
+    pub percent: bool,
     /// First and last value, with room for the marks.
     pub domain: [f64; 2],
+    /// Lesser ticks have no label.
+    pub ticks: Vec<(f64, Option<String>)>,
+}
+
+impl Axis {
+    /// An axis that [`Chart::finished`] fits to the marks.
+    pub(super) fn new(title: &str, log: bool) -> Self {
+        Self { title: title.into(), log, percent: false, domain: [0.0, 1.0], ticks: Vec::new() }
+    }
+
+    /// Signed per cent.
+    pub(super) fn percent(title: &str) -> Self {
+        Self { percent: true, ..Self::new(title, false) }
+    }
+
+    /// Domain and ticks for these values; nothing without any.
+    fn fit(&mut self, values: impl Iterator<Item = f64>, about: usize) -> Option<()> {
+        let zero = self.percent.then_some(0.0);
+        self.domain = domain(values.chain(zero), self.log)?;
+        self.ticks = ticks(self, about);
+        Some(())
+    }
 }
 
 /// A series in a chart.
@@ -77,8 +103,11 @@ impl Chart {
             }
         }
         let marks: Vec<&Mark> = self.lines.iter().flat_map(|line| &line.marks).collect();
-        self.x.domain = domain(marks.iter().flat_map(|m| m.x), self.x.log)?;
-        self.y.domain = domain(marks.iter().flat_map(|m| m.y), self.y.log)?;
+        if marks.is_empty() {
+            return None;
+        }
+        self.x.fit(marks.iter().flat_map(|m| m.x), 7)?;
+        self.y.fit(marks.iter().flat_map(|m| m.y), 6)?;
         Some(self)
     }
 
@@ -174,7 +203,7 @@ mod tests {
     }
 
     fn chart(marks: Vec<Mark>) -> Chart {
-        let axis = || Axis { title: String::new(), log: true, domain: [0.0, 1.0] };
+        let axis = || Axis::new("", true);
         let lines = vec![Line { label: "=A".into(), style: 0, joined: true, marks }];
         Chart {
             id: "c".into(),

@@ -84,9 +84,9 @@ fn against_parameter(scene: &SceneStudy, parameter: &str, y: &Quantity) -> Optio
     let chart = Chart {
         id: format!("{}-{}", slug(what), slug(parameter)),
         title: format!("{what} against {lower}"),
-        caption: caption(what, &lower),
-        x: axis(title, spans_decade(&values)),
-        y: axis(y.title.into(), y.title != BIAS.title),
+        caption: caption(what).into(),
+        x: Axis::new(&title, spans_decade(&values)),
+        y: if y.title == BIAS.title { Axis::percent(y.title) } else { Axis::new(y.title, true) },
         lines,
         front: Vec::new(),
         left_out: Vec::new(),
@@ -94,13 +94,14 @@ fn against_parameter(scene: &SceneStudy, parameter: &str, y: &Quantity) -> Optio
     chart.finished()
 }
 
-fn caption(what: &str, parameter: &str) -> String {
+fn caption(what: &str) -> &'static str {
     match what {
-        "Bias" => "Mean of the picture over mean of the reference, minus 1: above 0 too bright, below 0 too dark."
-            .into(),
-        "Records" => format!("How many records the cache needs at each {parameter}."),
-        "relMSE" => format!("What each {parameter} brings: lower is better."),
-        _ => format!("What each {parameter} costs, as the thesis shows it."),
+        "Bias" => {
+            "Mean of the picture over mean of the reference, minus 1: above 0 too bright, below 0 too dark."
+        }
+        "Records" => "How many records the cache holds at each value.",
+        "relMSE" => "How the error follows the parameter: lower is better.",
+        _ => "What each value costs: the efficiency chart of the thesis.",
     }
 }
 
@@ -126,8 +127,8 @@ fn error_against_time(scene: &SceneStudy) -> Option<Chart> {
         caption: "Lower and further left is better. The dashed line is the Pareto front: settings \
                   that no other beats in both time and error. Bars span the seeds."
             .into(),
-        x: axis(CPU.title.into(), true),
-        y: axis(REL_MSE.title.into(), true),
+        x: Axis::new(CPU.title, true),
+        y: Axis::new(REL_MSE.title, true),
         lines: lines(scene, &|_| true, &x, &REL_MSE, &label),
         front: Vec::new(),
         left_out: Vec::new(),
@@ -217,17 +218,13 @@ fn lookup_cost(scene: &SceneStudy) -> Option<Chart> {
         id: "lookup-records".into(),
         title: "Cost of a look-up against number of records".into(),
         caption: "How each index copes with a growing cache: flatter is better.".into(),
-        x: axis("Records".into(), true),
-        y: axis("Time per look-up in ns".into(), true),
+        x: Axis::new("Records", true),
+        y: Axis::new("Time per look-up in ns", true),
         lines,
         front: Vec::new(),
         left_out: Vec::new(),
     };
     chart.finished()
-}
-
-fn axis(title: String, log: bool) -> Axis {
-    Axis { title, log, domain: [0.0, 1.0] }
 }
 
 fn triple(s: Spread) -> [f64; 3] {
@@ -269,8 +266,8 @@ mod tests {
             id: String::new(),
             title: String::new(),
             caption: String::new(),
-            x: axis(String::new(), true),
-            y: axis(String::new(), true),
+            x: Axis::new("", true),
+            y: Axis::new("", true),
             lines: vec![
                 line(0, vec![at(1.0, 8.0), at(4.0, 2.0), at(9.0, 3.0)]),
                 line(1, vec![at(1.0, 9.0), at(2.0, 5.0), at(3.0, 5.0)]),

@@ -99,8 +99,8 @@ fn equal_time(scene: &SceneStudy) -> Option<Finding> {
     errors.sort_by(|a, b| a.1.total_cmp(&b.1));
     let [(best, least), .., (worst, most)] = &errors[..] else { return None };
     let text = format!(
-        "In about {} of wall-clock time, {best} reached a relMSE of {} and {worst} {}: {} times as much.",
-        number::seconds(longest.seconds),
+        "In about {}\u{202f}s of wall-clock time, {best} reached a relMSE of {} and {worst} {}: {} times as much.",
+        number::plain(longest.seconds),
         number::scientific(*least),
         number::scientific(*most),
         number::times(most / least),
@@ -118,13 +118,21 @@ fn best(scene: &SceneStudy) -> Option<Finding> {
     let (series, setting, summary) = measured(scene)
         .filter(|m| m.2.rel_mse.median.is_finite())
         .min_by(|a, b| a.2.rel_mse.median.total_cmp(&b.2.rel_mse.median))?;
-    let text = format!(
-        "The smallest relMSE of all, {}, was that of {} ({}) in {} of CPU time.",
-        number::scientific(summary.rel_mse.median),
-        series.label,
-        setting.label,
+    let (who, time) = (
+        format!("{} ({})", series.label, setting.label),
         number::seconds(summary.cpu_seconds.median),
     );
+    let (error, floor) = (summary.rel_mse.median, scene.reference.rel_mse);
+    let text = if error > floor {
+        let error = number::scientific(error);
+        format!("The smallest relMSE of all, {error}, was that of {who} in {time} of CPU time.")
+    } else {
+        let floor = number::scientific(floor);
+        format!(
+            "The smallest relMSE of all was that of {who} in {time} of CPU time: it is below that \
+             of the reference, {floor}, and cannot be told exactly."
+        )
+    };
     Some(finding("settings", text))
 }
 

@@ -14,6 +14,7 @@ mod scene;
 mod strips;
 mod svg;
 mod tables;
+mod ticks;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

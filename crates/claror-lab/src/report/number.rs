@@ -1,9 +1,12 @@
 //! Numbers as readers want them: three significant digits, a real minus sign, powers of ten.
 
+use maud::{Markup, html};
+
 use crate::study::Spread;
 
 /// What stands where there is no number.
 const NONE: &str = "–";
+const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// Three significant digits; powers of ten below 0.001 and from 100 000.
 pub(super) fn number(v: f64) -> String {
@@ -55,9 +58,8 @@ pub(super) fn round_number(v: f64) -> String {
 }
 
 fn superscript(digits: &str) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let one = |c: char| match c.to_digit(10) {
-        Some(d) => DIGITS[d as usize],
+        Some(d) => SUPERSCRIPTS[d as usize],
         None => '⁻',
     };
     digits.chars().map(one).collect()
@@ -65,6 +67,35 @@ fn superscript(digits: &str) -> String {
 
 fn minus(text: &str) -> String {
     text.replace('-', "−")
+}
+
+/// As few digits as a given number needs, three at most: `0.4`, `2`, `148`.
+pub(super) fn plain(v: f64) -> String {
+    let text = number(v);
+    if text.contains('.') && !text.contains('×') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text
+    }
+}
+
+/// Text with raised digits as markup, because few fonts have all of them in one style.
+pub(super) fn rich(text: &str) -> Markup {
+    let mut parts: Vec<(bool, String)> = Vec::new();
+    for c in text.chars() {
+        let digit =
+            SUPERSCRIPTS.iter().position(|&s| s == c).and_then(|d| char::from_digit(d as u32, 10));
+        let (raised, c) = match (digit, c) {
+            (Some(digit), _) => (true, digit),
+            (None, '⁻') => (true, '−'),
+            _ => (false, c),
+        };
+        match parts.last_mut() {
+            Some((same, part)) if *same == raised => part.push(c),
+            _ => parts.push((raised, c.to_string())),
+        }
+    }
+    html! { @for (raised, part) in &parts { @if *raised { sup { (part) } } @else { (part) } } }
 }
 
 /// A fraction as per cent; `signed` puts a plus before what is above 0.
@@ -117,7 +148,12 @@ fn round_to_two(v: f64) -> f64 {
 /// `low–high`, or nothing if both read the same as the median.
 pub(super) fn range(spread: &Spread, format: &dyn Fn(f64) -> String) -> Option<String> {
     let (low, high) = (format(spread.low), format(spread.high));
-    (low != high).then(|| format!("{low} – {high}"))
+    // A power of ten that both share is written once.
+    let shorter = match (low.split_once('\u{202f}'), high.split_once('\u{202f}')) {
+        (Some((mantissa, a)), Some((_, b))) if a == b && a.starts_with('×') => mantissa,
+        _ => &low,
+    };
+    (low != high).then(|| format!("{shorter} – {high}"))
 }
 
 /// Median and range in one line.
@@ -163,5 +199,15 @@ mod tests {
         assert_eq!(spread(&same, &number), "2.00");
         let wide = Spread { median: 2.0, low: 1.5, high: 3.0 };
         assert_eq!(spread(&wide, &number), "2.00 [1.50 – 3.00]");
+        let small = Spread { median: 2e-4, low: 1e-4, high: 3e-4 };
+        let text = range(&small, &scientific).unwrap();
+        assert_eq!(text, "1.00 – 3.00\u{202f}×\u{202f}10⁻⁴");
+    }
+
+    #[test]
+    fn raised_digits_become_markup() {
+        let html = rich("<2\u{202f}×\u{202f}10⁻¹² s").into_string();
+        assert_eq!(html, "&lt;2\u{202f}×\u{202f}10<sup>−12</sup> s");
+        assert_eq!([plain(0.4), plain(2.0), plain(148.0)], ["0.4", "2", "148"]);
     }
 }

@@ -84,7 +84,7 @@ fn summary(study: &Study, scenes: &[Scene<'_>]) -> Markup {
                     @let found = findings::of_scene(scene.study);
                     @if found.is_empty() { p { "No setting has a finished run: nothing can be said." } }
                     ul { @for one in &found {
-                        li { (one.text) " " a.rows href={"#" (scene.slug) "-" (one.part)} aria-label={"Rows of: " (one.text)} { "rows" } }
+                        li { (number::rich(&one.text)) " " a.rows href={"#" (scene.slug) "-" (one.part)} aria-label={"Rows of: " (one.text)} { "rows" } }
                     } }
                 }
             }

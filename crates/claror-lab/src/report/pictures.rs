@@ -178,8 +178,8 @@ pub(super) fn first_run(setting: &Setting) -> Option<&Run> {
 
 /// A linear RGB picture.
 fn load(path: &Path) -> Result<Image, String> {
-    let decoded = read(path, &Limits::default())
-        .map_err(|e| format!("The picture {} cannot be shown: {e}.", path.display()))?;
+    let decoded =
+        read(path, &Limits::default()).map_err(|e| format!("A picture cannot be shown: {e}."))?;
     let linear = |v: f32| if decoded.is_srgb_encoded { srgb_to_linear(v) } else { v };
     let mut out = Image::new(decoded.image.width, decoded.image.height, 3);
     let pixels = decoded.image.data.chunks_exact(decoded.image.channels.max(1));

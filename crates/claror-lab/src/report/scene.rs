@@ -3,6 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::chart::Chart;
+use super::number::rich;
 use super::{Scene, chart_file, command_line, findings, number, page, strips, svg, tables};
 use crate::study::SeriesKind;
 
@@ -37,7 +38,7 @@ fn facts(scene: &Scene<'_>) -> Markup {
             code { (study.hash) } ". Compared with "
             @if reference.spp > 0 { "a reference of " (number::whole(reference.spp as f64)) " samples per pixel in two halves, " (number::seconds(reference.cpu_seconds)) " of CPU time" }
             @else { "a given reference in two halves" }
-            "; its own relMSE is about " (number::scientific(reference.rel_mse)) "."
+            "; its own relMSE is about " (rich(&number::scientific(reference.rel_mse))) "."
         }
         details { summary { "Where the reference is and how it was made" }
             ul { @for half in &reference.halves { li { code { (half.display()) } } } }
@@ -62,10 +63,10 @@ fn notes(scene: &Scene<'_>) -> Markup {
         @if failed().any(|(_, t)| !t.failures.is_empty()) {
             div.warning id={(scene.slug) "-failures"} role="note" {
                 h3 { "Failed runs" }
-                ul { @for (series, setting) in failed() { @for failure in &setting.failures {
-                    li { strong { (series.label) ", " (setting.label) } ": " (failure)
+                ul { @for (series, setting) in failed().filter(|(_, t)| !t.failures.is_empty()) {
+                    li { strong { (series.label) ", " (setting.label) } ": " (setting.failures.join("; ")) "."
                         @if setting.runs.is_empty() { " No run of this setting finished." } }
-                } } }
+                } }
             }
         }
         @if !problems.is_empty() {
@@ -88,8 +89,9 @@ fn figure(scene: &Scene<'_>, chart: &Chart) -> Markup {
         figure.chart id={"chart-" (file)} {
             figcaption { h4 { (chart.title) } p { (chart.caption) } }
             div.live aria-hidden="true" {}
+            div.live-key { (svg::key(chart)) }
             div.static { (svg::draw(chart, svg::Colors::Page)) }
-            p.small.noprint { "For papers: " a href={"charts/" (file) ".svg"} { "SVG" } ", " a href={"charts/" (file) ".csv"} { "CSV" } }
+            p.small.noprint { "For papers: " a href={"charts/" (file) ".svg"} { "SVG" } ", " a href={"charts/" (file) ".csv"} { "CSV" } button.save-png type="button" hidden aria-label={"Save as PNG: " (chart.title)} { "PNG" } }
             @if !chart.left_out.is_empty() {
                 details.small open[chart.left_out.len() <= 2] { summary { (chart.left_out.len()) " not drawn as measured" }
                     ul { @for one in &chart.left_out { li { (one) } } } }
@@ -128,7 +130,7 @@ fn error_row(row: &crate::study::EqualError, names: &[&str]) -> Markup {
     let most = times.iter().copied().fold(0.0, f64::max);
     html! {
         tr {
-            th scope="row" { (number::round_number(row.rel_mse)) }
+            th scope="row" { (rich(&number::round_number(row.rel_mse))) }
             @for name in names {
                 td.num { @match time(name) {
                     Some(t) if t <= least => strong { (number::number(t)) },

@@ -3,6 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::findings::contenders;
+use super::number::rich;
 use super::pictures::{Shown, alt};
 use super::{Scene, number};
 use crate::study::{Illustration, Setting};
@@ -19,8 +20,8 @@ pub(super) fn equal_time(scene: &Scene<'_>) -> Markup {
         p { "From top to bottom: the picture, its signed difference to the reference, and where the difference is visible (FLIP). The numbers are medians over the seeds, the pictures those of the first seed." (reduced(scene)) }
         (keys(scene))
         @for row in rows {
-            h4 { "About " (number::seconds(row.seconds)) " of wall-clock time" }
-            div.strip tabindex="0" role="region" aria-label={"Pictures made in " (number::seconds(row.seconds))} {
+            h4 { "About " (number::plain(row.seconds)) "\u{202f}s of wall-clock time" }
+            div.strip tabindex="0" role="region" aria-label={"Pictures made in about " (number::plain(row.seconds)) " s"} {
                 (reference(scene))
                 @for (series, index, setting) in contenders(scene.study, row) {
                     @let place = scene.study.series.iter().position(|s| std::ptr::eq(s, series)).map(|i| (i, index));
@@ -47,7 +48,7 @@ fn reduced(scene: &Scene<'_>) -> String {
 
 /// What the colours of the maps mean.
 fn keys(scene: &Scene<'_>) -> Markup {
-    let scale = number::number(f64::from(scene.pictures.signed_scale));
+    let scale = number::plain(f64::from(scene.pictures.signed_scale));
     html! {
         div.keys {
             p.key { span { "too dark −" (scale) } span.ramp.signed role="img" aria-label="from blue over black to red" {} span { "+" (scale) " too bright" } }
@@ -62,7 +63,7 @@ fn reference(scene: &Scene<'_>) -> Markup {
         figure {
             p.name { strong { "Reference" } br; @if scene.study.reference.spp > 0 { (number::whole(scene.study.reference.spp as f64)) " spp" } @else { "given" } }
             (picture(scene, png, "Picture", "Reference", ""))
-            figcaption { dl.numbers { dt { "CPU" } dd { (number::seconds(scene.study.reference.cpu_seconds)) } dt { "relMSE" } dd { "≈ " (number::scientific(scene.study.reference.rel_mse)) } } }
+            figcaption { dl.numbers { dt { "CPU" } dd { (number::seconds(scene.study.reference.cpu_seconds)) } dt { "relMSE" } dd { "≈ " (rich(&number::scientific(scene.study.reference.rel_mse))) } } }
         }
     }
 }
@@ -78,7 +79,7 @@ fn picture(
     let [width, height] = scene.study.size;
     html! {
         @match address {
-            Some(address) => img src=(address) width=(width) height=(height) loading="lazy" decoding="async" alt=(alt(what, &label, &scene.study.name));,
+            Some(address) => img src=(address) width=(width) height=(height) decoding="async" alt=(alt(what, &label, &scene.study.name));,
             None => div.missing style={"aspect-ratio:" (width.max(1)) "/" (height.max(1))} { span { (what) " missing" } },
         }
     }
@@ -91,7 +92,7 @@ fn numbers(setting: &Setting) -> Markup {
             Some(s) => dl.numbers {
                 dt { "Wall" } dd { (number::seconds(s.seconds.median)) }
                 dt { "CPU" } dd { (number::seconds(s.cpu_seconds.median)) }
-                dt { "relMSE" } dd { (number::scientific(s.rel_mse.median)) }
+                dt { "relMSE" } dd { (rich(&number::scientific(s.rel_mse.median))) }
                 dt { "Bias" } dd { (number::percent(s.bias.median, true)) }
                 dt { "FLIP" } dd { (number::fraction(s.flip.median)) }
             },
@@ -129,9 +130,9 @@ pub(super) fn steps(scene: &Scene<'_>, index: usize) -> Markup {
                 @if !setting.note.is_empty() { p { (setting.note) } }
                 @for failure in &setting.failures { p.warning { strong { "Failed: " } (failure) } }
                 div.strip tabindex="0" role="region" aria-label={"Pictures of " (setting.label)} {
-                    figure { (picture(scene, shown.and_then(|s| s.png.as_ref()), "Picture", &series.label, &setting.label)) figcaption { "Result" (compare_button(scene, Some(place), &series.label, &setting.label)) } }
+                    figure { (picture(scene, shown.and_then(|s| s.png.as_ref()), "Picture", &series.label, &setting.label)) figcaption { "Result " (compare_button(scene, Some(place), &series.label, &setting.label)) } }
                     @for (one, made) in illustrations(scene, place, setting) { (illustration(scene, one, made, &setting.label)) }
-                    figure { (picture(scene, shown.and_then(|s| s.signed.as_ref()), "Signed difference", &series.label, &setting.label)) figcaption { "Signed difference, ±" (number::number(f64::from(scene.pictures.signed_scale))) ": red too bright, blue too dark" } }
+                    figure { (picture(scene, shown.and_then(|s| s.signed.as_ref()), "Signed difference", &series.label, &setting.label)) figcaption { "Signed difference, ±" (number::plain(f64::from(scene.pictures.signed_scale))) ": red too bright, blue too dark" } }
                 }
                 div.inline-numbers { (numbers(setting)) }
             }

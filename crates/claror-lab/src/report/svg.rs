@@ -3,7 +3,6 @@
 use maud::{Markup, html};
 
 use super::chart::{Axis, Chart, Line, Mark};
-use super::number;
 
 /// Where colours come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,21 +93,21 @@ fn axes(x: &Scale<'_>, y: &Scale<'_>, colors: Colors) -> Markup {
     let (left, right, top, bottom) = (x.from, x.to, y.to, y.from);
     html! {
         g stroke=(colors.grid()) {
-            @for (v, label) in ticks(x.axis, 7) {
-                @let at = round(x.at(v));
+            @for (v, label) in &x.axis.ticks {
+                @let at = round(x.at(*v));
                 line x1=(at) x2=(at) y1=(top) y2=(bottom) opacity=(if label.is_some() { "1" } else { "0.45" }) {}
             }
-            @for (v, label) in ticks(y.axis, 6) {
-                @let at = round(y.at(v));
+            @for (v, label) in &y.axis.ticks {
+                @let at = round(y.at(*v));
                 line x1=(left) x2=(right) y1=(at) y2=(at) opacity=(if label.is_some() { "1" } else { "0.45" }) {}
             }
         }
         g fill=(colors.ink()) {
-            @for (v, label) in ticks(x.axis, 7) { @if let Some(label) = label {
-                text x=(round(x.at(v))) y=(bottom + 18.0) text-anchor="middle" { (label) }
+            @for (v, label) in &x.axis.ticks { @if let Some(label) = label {
+                text x=(round(x.at(*v))) y=(bottom + 18.0) text-anchor="middle" { (label) }
             } }
-            @for (v, label) in ticks(y.axis, 6) { @if let Some(label) = label {
-                text x=(left - 8.0) y=(round(y.at(v)) + 4.0) text-anchor="end" { (label) }
+            @for (v, label) in &y.axis.ticks { @if let Some(label) = label {
+                text x=(left - 8.0) y=(round(y.at(*v)) + 4.0) text-anchor="end" { (label) }
             } }
             text x=(0.5 * (left + right)) y=(bottom + 40.0) text-anchor="middle" { (x.axis.title) }
             text transform={"translate(16 " (0.5 * (top + bottom)) ") rotate(-90)"} text-anchor="middle" { (y.axis.title) }
@@ -181,6 +180,19 @@ fn front_path(chart: &Chart, x: &Scale<'_>, y: &Scale<'_>) -> String {
     path
 }
 
+/// The marks of a chart with their names, as a list of the page.
+pub(super) fn key(chart: &Chart) -> Markup {
+    let front = (!chart.front.is_empty()).then_some(("Pareto front", None));
+    let entries = chart.lines.iter().map(|l| (l.label.as_str(), Some(l))).chain(front);
+    html! {
+        ul.chart-key {
+            @for (label, line) in entries {
+                li { svg width="26" height="16" viewBox="0 0 26 16" aria-hidden="true" { (sample(0.0, 8.0, line, Colors::Page)) } (label) }
+            }
+        }
+    }
+}
+
 type LegendEntry<'a> = (f64, String, Option<&'a Line>);
 
 /// Entries with their x, as many in a row as fit (about 7 units a letter). `None` is the front.
@@ -215,6 +227,14 @@ fn shortened(text: &str, letters: usize) -> String {
 
 fn legend_entry(x: f64, y: f64, label: &str, line: Option<&Line>, colors: Colors) -> Markup {
     html! {
+        (sample(x, y, line, colors))
+        text x=(x + 32.0) y=(y + 4.5) fill=(colors.ink()) { (label) }
+    }
+}
+
+/// Line and mark of a series, 26 units wide; without a series those of the front.
+fn sample(x: f64, y: f64, line: Option<&Line>, colors: Colors) -> Markup {
+    html! {
         @match line {
             Some(line) => {
                 @let color = colors.series(line.style);
@@ -225,63 +245,7 @@ fn legend_entry(x: f64, y: f64, label: &str, line: Option<&Line>, colors: Colors
             }
             None => line x1=(x) x2=(x + 26.0) y1=(y) y2=(y) stroke=(colors.muted()) stroke-width="1.2" stroke-dasharray="5 4" {},
         }
-        text x=(x + 32.0) y=(y + 4.5) fill=(colors.ink()) { (label) }
     }
-}
-
-/// Ticks within the axis; the lesser ones have no label.
-fn ticks(axis: &Axis, about: usize) -> Vec<(f64, Option<String>)> {
-    let [low, high] = axis.domain;
-    if !axis.log {
-        return linear_ticks(low, high, about, axis.title == "Bias");
-    }
-    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    let decades = (high / low).log10();
-    let step = (decades / about as f64).ceil().max(1.0) as i32;
-    let labelled: &[u32] = if decades < 1.3 {
-        &[1, 2, 3, 5, 7]
-    } else if decades < 2.5 {
-        &[1, 2, 5]
-    } else {
-        &[1]
-    };
-    let mut out = Vec::new();
-    for exponent in first..=last {
-        for digit in 1..=9u32 {
-            let v = f64::from(digit) * 10f64.powi(exponent);
-            if v < low || v > high || (decades > 5.0 && digit > 1) {
-                continue;
-            }
-            let has_label = labelled.contains(&digit) && exponent.rem_euclid(step) == 0;
-            out.push((v, has_label.then(|| log_label(v, exponent))));
-        }
-    }
-    out
-}
-
-fn log_label(v: f64, exponent: i32) -> String {
-    if (-2..=4).contains(&exponent) {
-        format!("{}", (v * 1000.0).round() / 1000.0)
-    } else {
-        number::round_number(v)
-    }
-}
-
-fn linear_ticks(low: f64, high: f64, about: usize, percent: bool) -> Vec<(f64, Option<String>)> {
-    let rough = (high - low) / about as f64;
-    let unit = 10f64.powf(rough.log10().floor());
-    let step =
-        [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|&s| s >= rough).unwrap_or(rough);
-    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-    let scale = if percent { 100.0 } else { 1.0 };
-    let digits = (-(step * scale).log10().floor()).clamp(0.0, 9.0) as usize;
-    let tick = |i: i64| {
-        let v = i as f64 * step;
-        let sign = if percent && i > 0 { "+" } else { "" };
-        let unit = if percent { "\u{202f}%" } else { "" };
-        (v, Some(format!("{sign}{:.digits$}{unit}", v * scale).replace('-', "−")))
-    };
-    (first..=last).map(tick).collect()
 }
 
 /// Two digits are enough on paper.
@@ -293,21 +257,9 @@ fn round(v: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn labels(domain: [f64; 2], log: bool) -> Vec<String> {
-        let axis = Axis { title: String::new(), log, domain };
-        ticks(&axis, 6).into_iter().filter_map(|t| t.1).collect()
-    }
-
-    #[test]
-    fn ticks_are_round_and_within_the_axis() {
-        assert_eq!(labels([0.9e-5, 1.1e-1], true), ["10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]);
-        assert_eq!(labels([0.9, 8.0], true), ["1", "2", "3", "5", "7"]);
-        assert_eq!(labels([-0.011, 0.021], false), ["−0.01", "0.00", "0.01", "0.02"]);
-    }
-
     #[test]
     fn scales_put_decades_at_equal_distances() {
-        let axis = Axis { title: String::new(), log: true, domain: [1.0, 100.0] };
+        let axis = Axis { domain: [1.0, 100.0], ..Axis::new("", true) };
         let scale = Scale { axis: &axis, from: 0.0, to: 200.0 };
         assert!((scale.at(10.0) - 100.0).abs() < 1e-9);
     }

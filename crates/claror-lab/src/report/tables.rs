@@ -3,6 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::charts::seeds;
+use super::number::rich;
 use super::pictures::first_run;
 use super::{Scene, command_line, number, page};
 use crate::study::{Run, Series, Setting, Spread, Summary};
@@ -58,9 +59,9 @@ fn setting_row(series: &Series, setting: &Setting) -> Markup {
             td.num data-value=(setting.runs.len()) { (setting.runs.len()) @if failed > 0 { br; span.bad { (failed) " failed" } } }
             @for column in &COLUMNS {
                 @match setting.summary.as_ref().and_then(|s| (column.of)(s)) {
-                    Some(spread) => td.num data-value=(spread.median) {
-                        ((column.format)(spread.median))
-                        @if let Some(range) = number::range(&spread, &column.format) { br; small { (range) } }
+                    Some(spread) => td.num data-value=[spread.median.is_finite().then_some(spread.median)] {
+                        (rich(&(column.format)(spread.median)))
+                        @if let Some(range) = number::range(&spread, &column.format) { br; small { (rich(&range)) } }
                     },
                     None => td.num.muted { "–" },
                 }
@@ -74,7 +75,10 @@ pub(super) fn phases(scene: &Scene<'_>) -> Markup {
     let rows: Vec<_> =
         all(scene).into_iter().filter_map(|(s, t)| Some((s, t, typical(t)?))).collect();
     let mut names: Vec<&str> = Vec::new();
-    for (name, _) in rows.iter().flat_map(|(_, _, run)| &run.phases) {
+    // The run with most phases gives the order.
+    let mut by_count: Vec<&Run> = rows.iter().map(|row| row.2).collect();
+    by_count.sort_by_key(|run| std::cmp::Reverse(run.phases.len()));
+    for (name, _) in by_count.iter().flat_map(|run| &run.phases) {
         if !names.contains(&name.as_str()) {
             names.push(name);
         }
@@ -152,7 +156,7 @@ fn run_row(run: &Run) -> Markup {
             th scope="row" { code { (run.id) } } td.num { (run.seed) } td { (run.started) } td.num { (format!("{:.2}", run.load)) }
             td.num { (number::number(run.cpu_seconds)) } td.num { (number::number(run.seconds)) } td.num { (number::number(run.spp)) }
             td.num { (number::whole(run.rays as f64)) } td.num { @match run.records { Some(n) => (number::whole(n as f64)), None => "–" } }
-            td.num { (number::scientific(run.errors.rel_mse)) } td { code { (run.picture.display()) } } td { (page::command(&command_line(&run.command))) }
+            td.num { (rich(&number::scientific(run.errors.rel_mse))) } td { code { (run.picture.display()) } } td { (page::command(&command_line(&run.command))) }
         }
     }
 }
