@@ -27,16 +27,19 @@
     return new Uint8Array(await new Response(stream).arrayBuffer());
   }
 
-  /** Three planes of half floats as bits. */
+  /** Three planes of half floats as bits: undoes `pack`. */
   async function unpacked(text) {
     const bytes = await inflated(text);
     const size = bytes.length / 6;
+    const difference = new Int32Array(size);
     return [0, 1, 2].map((channel) => {
       const plane = new Uint16Array(size);
       const start = channel * 2 * size;
       let value = 0;
       for (let i = 0; i < size; i++) {
-        value = (value + (bytes[start + i] << 8) + bytes[start + size + i]) & 0xffff;
+        const word = (bytes[start + i] << 8) | bytes[start + size + i];
+        difference[i] = (difference[i] + ((word >> 1) ^ -(word & 1))) & 0xffff;
+        value = (value + difference[i]) & 0xffff;
         plane[i] = value;
       }
       return plane;

@@ -1,5 +1,7 @@
 //! The report of a made-up study: its files, and the page in a browser.
 
+#![allow(clippy::unwrap_used, reason = "tests only")]
+
 mod browser;
 mod fixture;
 
@@ -111,11 +113,28 @@ fn charts_are_drawn(browser: &mut Browser) {
         assert!(count[0].as_u64().unwrap() > 0);
         assert!(count[1] == count[0] && count[2] == count[0], "{counts}");
     }
-    let tooltip = browser.value(
-        "document.querySelector('#chart-1-thesis-box-relmse-time .live').claror.view.data('source_0') !== undefined",
-    );
-    assert_eq!(tooltip, json!(true));
+    tooltip_tells(browser);
     assert!(browser.print("print") > 10_000);
+}
+
+/// Median, range, seeds and command of the mark under the pointer.
+fn tooltip_tells(browser: &mut Browser) {
+    let place = browser.value(
+        "(() => {
+            const figure = document.getElementById('chart-1-thesis-box-relmse-time');
+            figure.scrollIntoView({ behavior: 'instant', block: 'center' });
+            const box = [...figure.querySelectorAll('.live svg .mark-symbol.role-mark')].at(-1).querySelector('path').getBoundingClientRect();
+            return [box.left + box.width / 2, box.top + box.height / 2];
+        })()",
+    );
+    browser.hover(place[0].as_f64().unwrap(), place[1].as_f64().unwrap());
+    browser.wait_for("document.querySelector('#vg-tooltip-element.visible') !== null");
+    let text = browser.value("document.getElementById('vg-tooltip-element').textContent");
+    for part in ["Path tracing", "1 spp", "1, 2, 3", "claror render", "relMSE", "["] {
+        assert!(text.as_str().unwrap().contains(part), "{part} in {text}");
+    }
+    browser.screenshot("tooltip", false);
+    browser.hover(1.0, 1.0);
 }
 
 fn pictures_have_alternatives(browser: &mut Browser) {
@@ -127,7 +146,7 @@ fn pictures_have_alternatives(browser: &mut Browser) {
     let nameless = "[...document.querySelectorAll('button, select, input')].filter(e => !e.textContent.trim() && !e.ariaLabel && !e.closest('label')).length";
     assert_eq!(browser.value(nameless), json!(0));
     assert_eq!(
-        browser.value("document.querySelectorAll('table:not(:has(caption))').length"),
+        browser.value("document.querySelectorAll('main table:not(:has(caption))').length"),
         json!(0)
     );
     let repeated = "(() => { const ids = [...document.querySelectorAll('body > :not(script) [id]')].filter(e => !e.closest('.live')).map(e => e.id); return ids.length - new Set(ids).size; })()";
@@ -151,7 +170,7 @@ fn pixels(browser: &mut Browser) -> i64 {
 }
 
 fn comparer_works(browser: &mut Browser) {
-    browser.value("document.querySelector('.comparer').scrollIntoView(); document.querySelector('.comparer canvas').focus()");
+    browser.value("document.querySelector('.comparer').scrollIntoView({ behavior: 'instant' }); document.querySelector('.comparer canvas').focus()");
     browser.screenshot("comparer-wipe", false);
     let mut seen = vec![("wipe", pixels(browser))];
     for key in ["ArrowRight", "1", "2", "3", "d", "f", "w"] {
@@ -201,7 +220,20 @@ fn wipe_is_dragged(browser: &mut Browser) {
     browser.mouse("mouseReleased", line - 100.0, y);
     assert_ne!(pixels(browser), before, "the line follows the pointer");
     let told = browser.value("document.querySelector('.comparer .pixel').textContent");
-    assert!(told.as_str().unwrap().starts_with("pixel "), "{told}");
+    let told = told.as_str().unwrap();
+    let mut lines = told.lines();
+    let place: Vec<usize> = numbers(lines.next().unwrap()).iter().map(|&v| v as usize).collect();
+    // The reference's half floats are those of the files.
+    let r = numbers(lines.last().unwrap());
+    let wanted = fixture::reference_pixel(place[0], place[1]);
+    for (r, wanted) in r.iter().zip(wanted) {
+        let step = 2f64.powi(-11) * f64::from(wanted) + 1e-4;
+        assert!((r - f64::from(wanted)).abs() <= step, "{told} {wanted:?}");
+    }
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    line.split([' ', ',']).filter_map(|word| word.parse().ok()).collect()
 }
 
 fn examine_chooses(browser: &mut Browser) {

@@ -216,63 +216,8 @@ pub(super) fn compared(scene: &SceneStudy) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::{Reference, Slope, Spread};
-
-    fn summary(cpu: f64, rel_mse: f64, bias: f64) -> Summary {
-        let one = |v: f64| Spread { median: v, low: v, high: v };
-        Summary {
-            seconds: one(cpu),
-            cpu_seconds: one(cpu),
-            peak_memory_bytes: one(1e6),
-            records: None,
-            mse: one(rel_mse),
-            rel_mse: one(rel_mse),
-            mape: one(0.1),
-            bias: one(bias),
-            ssim: one(0.9),
-            flip: one(0.1),
-        }
-    }
-
-    fn series(name: &str, label: &str, summaries: Vec<Option<Summary>>) -> Series {
-        let setting = |(i, summary): (usize, Option<Summary>)| Setting {
-            label: format!("s{i}"),
-            note: String::new(),
-            x: Some(i as f64),
-            runs: Vec::new(),
-            failures: if summary.is_none() { vec!["exit code 5".into()] } else { Vec::new() },
-            summary,
-            illustrations: Vec::new(),
-        };
-        Series {
-            name: name.into(),
-            label: label.into(),
-            note: String::new(),
-            kind: SeriesKind::Sweep { parameter: "spp".into() },
-            settings: summaries.into_iter().enumerate().map(setting).collect(),
-            slope: None,
-        }
-    }
-
-    fn scene(series: Vec<Series>) -> SceneStudy {
-        SceneStudy {
-            name: "box".into(),
-            file: "box.xml".into(),
-            hash: "0".repeat(32),
-            size: [8, 8],
-            reference: Reference {
-                halves: ["a.exr".into(), "b.exr".into()],
-                spp: 64,
-                cpu_seconds: 1.0,
-                rel_mse: 1e-6,
-                commands: Vec::new(),
-            },
-            series,
-            equal_time: Vec::new(),
-            equal_error: Vec::new(),
-            lookups: Vec::new(),
-        }
-    }
+    use crate::report::testing::{scene, series, summary};
+    use crate::study::Slope;
 
     fn two() -> SceneStudy {
         let path = vec![Some(summary(10.0, 1e-2, 0.001)), Some(summary(40.0, 2.5e-3, 0.0)), None];
@@ -331,6 +276,6 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("some of Path tracing (s2) failed"), "{text}");
-        assert!(of_scene(&self::scene(Vec::new())).is_empty());
+        assert!(of_scene(&super::super::testing::scene(Vec::new())).is_empty());
     }
 }

@@ -14,8 +14,11 @@ mod scene;
 mod strips;
 mod svg;
 mod tables;
+#[cfg(test)]
+mod testing;
 mod ticks;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -47,17 +50,42 @@ struct Scene<'a> {
     slug: String,
     charts: Vec<Chart>,
     pictures: Pictures,
-    /// By place and number: illustrations as data addresses, or why not.
-    illustrations: Vec<((usize, usize), Vec<Result<String, String>>)>,
+    /// By series and setting: illustrations as data addresses, or why not.
+    illustrations: BTreeMap<(usize, usize), Vec<Result<String, String>>>,
+}
+
+impl Scene<'_> {
+    fn illustration_bytes(&self) -> usize {
+        self.illustrations.values().flatten().flatten().map(String::len).sum()
+    }
+
+    fn picture_bytes(&self) -> usize {
+        self.illustration_bytes() + self.pictures.bytes()
+    }
+}
+
+/// Divides room so that who needs less than an equal share leaves the rest to the others.
+fn fair_shares(needs: &[usize], mut room: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..needs.len()).collect();
+    order.sort_by_key(|&i| needs[i]);
+    let mut shares = vec![0; needs.len()];
+    for (served, i) in order.into_iter().enumerate() {
+        shares[i] = needs[i].min(room / (needs.len() - served));
+        room -= shares[i];
+    }
+    shares
 }
 
 /// Writes `report.html` and `charts/` into `folder`, where the pictures are that the study names,
 /// each file whole or not at all, and returns the path of the page. Pictures that cannot be read
 /// are named in the page; they are no error.
 pub fn write(study: &Study, folder: &Path) -> Result<PathBuf, ReportError> {
-    let room = PICTURE_BYTES / study.scenes.len().max(1);
-    let scenes: Vec<Scene<'_>> =
-        study.scenes.iter().enumerate().map(|(i, s)| prepare(i, s, folder, room)).collect();
+    let mut scenes: Vec<Scene<'_>> =
+        study.scenes.iter().enumerate().map(|(i, s)| prepare(i, s, folder)).collect();
+    let needs: Vec<usize> = scenes.iter().map(Scene::picture_bytes).collect();
+    for (scene, room) in scenes.iter_mut().zip(fair_shares(&needs, PICTURE_BYTES)) {
+        scene.pictures.keep_within(room.saturating_sub(scene.illustration_bytes()), scene.study);
+    }
     let chart_folder = folder.join("charts");
     std::fs::create_dir_all(&chart_folder)
         .map_err(|source| ReportError::Write { path: chart_folder.clone(), source })?;
@@ -73,23 +101,21 @@ pub fn write(study: &Study, folder: &Path) -> Result<PathBuf, ReportError> {
     Ok(path)
 }
 
-fn prepare<'a>(index: usize, study: &'a SceneStudy, folder: &Path, room: usize) -> Scene<'a> {
-    let mut illustrations = Vec::new();
+fn prepare<'a>(index: usize, study: &'a SceneStudy, folder: &Path) -> Scene<'a> {
+    let mut illustrations = BTreeMap::new();
     for (i, series) in study.series.iter().enumerate() {
         for (j, setting) in series.settings.iter().enumerate() {
             let all = setting.illustrations.iter();
             let all: Vec<_> =
                 all.map(|one| pictures::illustration(&folder.join(&one.picture))).collect();
-            illustrations.push(((i, j), all));
+            illustrations.insert((i, j), all);
         }
     }
-    let pngs = illustrations.iter().flat_map(|(_, all)| all).flatten();
-    let room = room.saturating_sub(pngs.map(String::len).sum());
     Scene {
         study,
         slug: pictures::scene_slug(index, study),
         charts: charts::of_scene(study),
-        pictures: Pictures::of_scene(study, folder, room),
+        pictures: Pictures::of_scene(study, folder),
         illustrations,
     }
 }
@@ -120,6 +146,14 @@ fn command_line(words: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rooms_are_shared_fairly() {
+        assert_eq!(fair_shares(&[10, 2, 30], 30), [10, 2, 18]);
+        assert_eq!(fair_shares(&[10, 20, 30], 30), [10, 10, 10]);
+        assert_eq!(fair_shares(&[1, 2], 30), [1, 2]);
+        assert!(fair_shares(&[], 30).is_empty());
+    }
 
     #[test]
     fn command_lines_survive_a_shell() {

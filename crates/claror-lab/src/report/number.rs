@@ -153,7 +153,9 @@ pub(super) fn range(spread: &Spread, format: &dyn Fn(f64) -> String) -> Option<S
         (Some((mantissa, a)), Some((_, b))) if a == b && a.starts_with('×') => mantissa,
         _ => &low,
     };
-    (low != high).then(|| format!("{shorter} – {high}"))
+    // A dash after a minus sign would read as a number.
+    let dash = if spread.low < 0.0 { " … " } else { "–" };
+    (low != high).then(|| format!("{shorter}{dash}{high}"))
 }
 
 /// Median and range in one line.
@@ -198,10 +200,10 @@ mod tests {
         let same = Spread { median: 2.0, low: 2.000_1, high: 2.000_2 };
         assert_eq!(spread(&same, &number), "2.00");
         let wide = Spread { median: 2.0, low: 1.5, high: 3.0 };
-        assert_eq!(spread(&wide, &number), "2.00 [1.50 – 3.00]");
+        assert_eq!(spread(&wide, &number), "2.00 [1.50–3.00]");
         let small = Spread { median: 2e-4, low: 1e-4, high: 3e-4 };
         let text = range(&small, &scientific).unwrap();
-        assert_eq!(text, "1.00 – 3.00\u{202f}×\u{202f}10⁻⁴");
+        assert_eq!(text, "1.00–3.00\u{202f}×\u{202f}10⁻⁴");
     }
 
     #[test]

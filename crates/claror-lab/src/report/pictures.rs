@@ -69,9 +69,8 @@ impl Pictures {
         self.shown.iter().find(|s| s.place == place)
     }
 
-    /// Reads and encodes all pictures of a scene; `budget` is the room for them in the page, in
-    /// bytes.
-    pub(super) fn of_scene(scene: &SceneStudy, folder: &Path, budget: usize) -> Self {
+    /// Reads and encodes all pictures of a scene.
+    pub(super) fn of_scene(scene: &SceneStudy, folder: &Path) -> Self {
         let mut problems = Vec::new();
         let reference = reference(scene, folder).map_err(|e| problems.push(e)).ok();
         let signed_scale = reference.as_ref().map_or(1.0, signed_scale);
@@ -116,25 +115,33 @@ impl Pictures {
             packed: pack(image).ok().map(|colors| Packed { colors, flip: None }),
             ..Shown::default()
         });
-        let mut out = Self {
+        Self {
             reduced: reference.as_ref().map_or(1, |r| r.width.div_ceil(MAX_STRIP_WIDTH)),
             reference: shown_reference,
             shown,
             signed_scale,
             problems,
-        };
-        out.keep_within(budget, scene);
-        out
+        }
     }
 
-    /// Drops the comparer's data of the least important pictures until the rest fits, and says so.
-    fn keep_within(&mut self, budget: usize, scene: &SceneStudy) {
+    /// Bytes of what strips show and of the reference, which always stay.
+    fn fixed_bytes(&self) -> usize {
         let length = |t: &Option<String>| t.as_ref().map_or(0, String::len);
         let visible = |s: &Shown| length(&s.png) + length(&s.signed) + length(&s.flip);
         let reference = self.reference.iter();
-        let mut used: usize = reference.clone().map(visible).sum::<usize>()
-            + reference.filter_map(|r| r.packed.as_ref()).map(Packed::bytes).sum::<usize>()
-            + self.shown.iter().map(visible).sum::<usize>();
+        let packed = reference.clone().filter_map(|r| r.packed.as_ref()).map(Packed::bytes);
+        reference.chain(&self.shown).map(visible).sum::<usize>() + packed.sum::<usize>()
+    }
+
+    /// Bytes of all.
+    pub(super) fn bytes(&self) -> usize {
+        let packed = self.shown.iter().filter_map(|s| s.packed.as_ref());
+        self.fixed_bytes() + packed.map(Packed::bytes).sum::<usize>()
+    }
+
+    /// Drops the comparer's data of the least important pictures until the rest fits, and says so.
+    pub(super) fn keep_within(&mut self, budget: usize, scene: &SceneStudy) {
+        let mut used = self.fixed_bytes();
         let mut order: Vec<usize> = (0..self.shown.len()).collect();
         order.sort_by_key(|&i| importance(scene, self.shown[i].place));
         let mut left_out = Vec::new();
@@ -149,9 +156,9 @@ impl Pictures {
         }
         if !left_out.is_empty() {
             self.problems.push(format!(
-                "Left out of the comparer, to keep this page below {} MB of pictures: {}. Their \
+                "Left out of the comparer, to keep its pictures below {} MB: {}. Their \
                  files are in the folder runs/.",
-                budget / 1_000_000,
+                budget.div_ceil(1_000_000),
                 left_out.join("; ")
             ));
         }
@@ -297,24 +304,34 @@ pub(super) fn illustration(path: &Path) -> Result<String, String> {
     Ok(data_address(&bytes))
 }
 
-/// Half floats, planes of R, G and B: differences to the value on the left, high bytes before low
-/// ones, deflated, base64. The page undoes it in this order.
+/// Half floats, planes of R, G and B. A value is told by its difference to the value on the left,
+/// from which that of the channel before is taken, since channels rise and fall together; signs go
+/// to the lowest bit; high bytes before low ones, deflated, base64. The page undoes it.
 fn pack(image: &Image) -> io::Result<String> {
+    let pixels = image.data.len() / 3;
     let mut bytes = Vec::with_capacity(image.data.len() * 2);
+    let mut before = vec![0u16; pixels];
     for channel in 0..3 {
-        let plane = image.data.iter().skip(channel).step_by(3).map(|&v| half_bits(v));
         let mut left = 0u16;
-        let differences: Vec<u16> = plane
-            .map(|v| {
-                let difference = v.wrapping_sub(left);
-                left = v;
-                difference
-            })
-            .collect();
-        bytes.extend(differences.iter().map(|d| (d >> 8) as u8));
-        bytes.extend(differences.iter().map(|d| (d & 0xff) as u8));
+        let mut words = Vec::with_capacity(pixels);
+        let plane = image.data.iter().skip(channel).step_by(3);
+        for (&v, before) in plane.zip(&mut before) {
+            let bits = half_bits(v);
+            let difference = bits.wrapping_sub(left);
+            left = bits;
+            words.push(sign_to_end(difference.wrapping_sub(*before)));
+            *before = difference;
+        }
+        bytes.extend(words.iter().map(|w| (w >> 8) as u8));
+        bytes.extend(words.iter().map(|w| (w & 0xff) as u8));
     }
     deflated(&bytes)
+}
+
+/// 0, −1, 1, −2, … as 0, 1, 2, 3, …
+fn sign_to_end(v: u16) -> u16 {
+    let sign = if v & 0x8000 == 0 { 0 } else { 0xffff };
+    (v << 1) ^ sign
 }
 
 /// Values beyond the largest half float are cut to it; NaN stays.
@@ -360,16 +377,47 @@ mod tests {
         let mut bytes = Vec::new();
         flate2::read::ZlibDecoder::new(&deflated[..]).read_to_end(&mut bytes).unwrap();
         assert_eq!(bytes.len(), 18);
+        let mut before = [0u16; 3];
         for channel in 0..3 {
             let plane = &bytes[channel * 6..channel * 6 + 6];
             let mut value = 0u16;
             for x in 0..3 {
-                value = value.wrapping_add(u16::from(plane[x]) << 8 | u16::from(plane[3 + x]));
-                let wanted = half_bits(image.data[x * 3 + channel]);
-                assert_eq!(value, wanted, "{channel} {x}");
+                let word = u16::from(plane[x]) << 8 | u16::from(plane[3 + x]);
+                let signed = (word >> 1) ^ (word & 1).wrapping_neg();
+                before[x] = before[x].wrapping_add(signed);
+                value = value.wrapping_add(before[x]);
+                assert_eq!(value, half_bits(image.data[x * 3 + channel]), "{channel} {x}");
             }
         }
         assert_eq!(half_bits(1e9), 0x7bff);
+    }
+
+    #[test]
+    fn what_has_no_room_is_left_out_last_things_first() {
+        use crate::report::testing::{scene, series};
+        use crate::study::EqualTime;
+        let mut study = scene(vec![series("a", "A", vec![None, None, None])]);
+        study.equal_time = vec![EqualTime { seconds: 1.0, entries: vec![("a".into(), 2)] }];
+        let shown = |i: usize| Shown {
+            place: (0, i),
+            label: format!("A, s{i}"),
+            packed: Some(Packed { colors: "x".repeat(90), flip: Some("x".repeat(10)) }),
+            ..Shown::default()
+        };
+        let mut pictures = Pictures {
+            reference: Some(Shown { png: Some("x".repeat(50)), ..Shown::default() }),
+            shown: (0..3).map(shown).collect(),
+            signed_scale: 1.0,
+            reduced: 1,
+            problems: Vec::new(),
+        };
+        assert_eq!(pictures.bytes(), 350);
+        pictures.keep_within(350, &study);
+        assert!(pictures.problems.is_empty());
+        pictures.keep_within(260, &study);
+        assert_eq!(pictures.bytes(), 250);
+        assert!(pictures.shown[1].packed.is_none() && pictures.shown[2].packed.is_some());
+        assert!(pictures.problems[0].contains("MB: A, s1. Their files"), "{:?}", pictures.problems);
     }
 
     #[test]

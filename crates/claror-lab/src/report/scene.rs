@@ -52,9 +52,7 @@ fn facts(scene: &Scene<'_>) -> Markup {
 fn notes(scene: &Scene<'_>) -> Markup {
     let series: Vec<_> = scene.study.series.iter().filter(|s| !s.note.is_empty()).collect();
     let mut problems = scene.pictures.problems.clone();
-    problems.extend(
-        scene.illustrations.iter().flat_map(|(_, all)| all).filter_map(|r| r.clone().err()),
-    );
+    problems.extend(scene.illustrations.values().flatten().filter_map(|r| r.clone().err()));
     let failed = || scene.study.series.iter().flat_map(|s| s.settings.iter().map(move |t| (s, t)));
     html! {
         @if !series.is_empty() {

@@ -18,10 +18,9 @@ pub(super) fn equal_time(scene: &Scene<'_>) -> Markup {
     html! {
         h3 id={(scene.slug) "-equal-time"} { "Equal time" }
         p { "From top to bottom: the picture, its signed difference to the reference, and where the difference is visible (FLIP). The numbers are medians over the seeds, the pictures those of the first seed." (reduced(scene)) }
-        (keys(scene))
         @for row in rows {
             h4 { "About " (number::plain(row.seconds)) "\u{202f}s of wall-clock time" }
-            div.strip tabindex="0" role="region" aria-label={"Pictures made in about " (number::plain(row.seconds)) " s"} {
+            div.strip.rows tabindex="0" role="region" aria-label={"Pictures made in about " (number::plain(row.seconds)) " s"} {
                 (reference(scene))
                 @for (series, index, setting) in contenders(scene.study, row) {
                     @let place = scene.study.series.iter().position(|s| std::ptr::eq(s, series)).map(|i| (i, index));
@@ -46,13 +45,21 @@ fn reduced(scene: &Scene<'_>) -> String {
     }
 }
 
-/// What the colours of the maps mean.
+/// What the colours of the maps mean, beside the rows of the strip.
 fn keys(scene: &Scene<'_>) -> Markup {
     let scale = number::plain(f64::from(scene.pictures.signed_scale));
     html! {
-        div.keys {
-            p.key { span { "too dark −" (scale) } span.ramp.signed role="img" aria-label="from blue over black to red" {} span { "+" (scale) " too bright" } }
-            p.key { span { "FLIP 0, equal" } span.ramp.magma role="img" aria-label="from black over purple and orange to pale yellow" {} span { "1" } }
+        div.key {
+            strong { "Signed difference" }
+            span.ramp.signed role="img" aria-label="from blue over black to red" {}
+            span.ends { span { "−" (scale) } span { "+" (scale) } }
+            span { "Blue is too dark, red too bright." }
+        }
+        div.key {
+            strong { "FLIP" }
+            span.ramp.magma role="img" aria-label="from black over purple and orange to pale yellow" {}
+            span.ends { span { "0" } span { "1" } }
+            span { "How visible the difference is." }
         }
     }
 }
@@ -63,6 +70,7 @@ fn reference(scene: &Scene<'_>) -> Markup {
         figure {
             p.name { strong { "Reference" } br; @if scene.study.reference.spp > 0 { (number::whole(scene.study.reference.spp as f64)) " spp" } @else { "given" } }
             (picture(scene, png, "Picture", "Reference", ""))
+            (keys(scene))
             figcaption { dl.numbers { dt { "CPU" } dd { (number::seconds(scene.study.reference.cpu_seconds)) } dt { "relMSE" } dd { "≈ " (rich(&number::scientific(scene.study.reference.rel_mse))) } } }
         }
     }
@@ -147,8 +155,8 @@ fn illustrations<'a>(
     place: (usize, usize),
     setting: &'a Setting,
 ) -> Vec<(&'a Illustration, Made<'a>)> {
-    let made = scene.illustrations.iter().find(|(p, _)| *p == place);
-    made.map(|(_, made)| setting.illustrations.iter().zip(made).collect()).unwrap_or_default()
+    let made = scene.illustrations.get(&place);
+    made.map(|made| setting.illustrations.iter().zip(made).collect()).unwrap_or_default()
 }
 
 fn illustration(scene: &Scene<'_>, one: &Illustration, made: Made<'_>, label: &str) -> Markup {
@@ -172,11 +180,11 @@ pub(super) fn comparer(scene: &Scene<'_>) -> Markup {
     let id = format!("{}-comparer", scene.slug);
     let [width, height] = scene.study.size;
     html! {
-        h3 { "Compare pictures" }
+        h3.noprint { "Compare pictures" }
         p.noprint { "High dynamic range, half floats, first seeds. Choose two pictures; zoom to see pixels and their radiance." }
         noscript { p.warning { "The comparer needs JavaScript. The pictures are in the folder runs/." } }
         div.comparer id=(id) hidden data-width=(width) data-height=(height) data-scale=(scene.pictures.signed_scale) {
-            (controls(&id, &all))
+            (controls(&id, &all, first_choice(scene, &all)))
             div.stage {
                 canvas tabindex="0" role="application" aria-label={"Comparer of pictures of " (scene.study.name)} aria-describedby={(id) "-keys"} {}
                 p.shown aria-live="polite" {}
@@ -191,22 +199,15 @@ pub(super) fn comparer(scene: &Scene<'_>) -> Markup {
     }
 }
 
-fn controls(id: &str, all: &[(String, &Shown)]) -> Markup {
+fn controls(id: &str, all: &[(String, &Shown)], [first, second]: [String; 2]) -> Markup {
     let choice = |which: &str, selected: &str| {
         html! {
             label { span { (which) } select data-choice=(which) { @for (name, shown) in all { option value=(name) selected[name == selected] { (shown.label) } } } }
         }
     };
-    let first =
-        all.iter().find(|(name, _)| name != "reference").map_or("reference", |(name, _)| name);
-    let second = all
-        .iter()
-        .rev()
-        .find(|(name, _)| name != "reference")
-        .map_or("reference", |(name, _)| name);
     html! {
         div.controls {
-            (choice("A", first)) (choice("B", second))
+            (choice("A", &first)) (choice("B", &second))
             fieldset.modes {
                 legend { "Show" }
                 @for (value, text) in [("wipe", "Wipe"), ("flip", "Flip"), ("difference", "Difference"), ("visible", "FLIP of A")] {
@@ -223,9 +224,26 @@ fn controls(id: &str, all: &[(String, &Shown)]) -> Markup {
     }
 }
 
+/// What is compared at first: the first and the last contender of the longest equal time, else the
+/// first picture and the reference.
+fn first_choice(scene: &Scene<'_>, all: &[(String, &Shown)]) -> [String; 2] {
+    let longest = scene.study.equal_time.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let contenders = longest.map(|row| row.entries.as_slice()).unwrap_or_default();
+    let name = |(series, setting): &(String, usize)| {
+        let series = scene.study.series.iter().position(|s| &s.name == series)?;
+        let name = format!("{series}-{setting}");
+        all.iter().any(|(known, _)| known == &name).then_some(name)
+    };
+    let names: Vec<String> = contenders.iter().filter_map(name).collect();
+    match &names[..] {
+        [first, .., last] => [first.clone(), last.clone()],
+        _ => [all.len().min(2) - 1, 0].map(|i| all[i].0.clone()),
+    }
+}
+
 fn key_list(id: &str) -> Markup {
     html! {
-        details.key-list { summary { "Keys" }
+        details.key-list open { summary { "Keys" }
             dl id={(id) "-keys"} {
                 @for (keys, what) in [
                     ("1, 2, 3", "show A, B, the reference"), ("Space", "flip between A and B"),

@@ -22,11 +22,17 @@ const COLUMNS: [Column; 10] = [
     Column { title: "Memory MiB", of: |s| Some(s.peak_memory_bytes), format: number::mebibytes },
     Column { title: "MSE", of: |s| Some(s.mse), format: number::scientific },
     Column { title: "relMSE", of: |s| Some(s.rel_mse), format: number::scientific },
-    Column { title: "MAPE", of: |s| Some(s.mape), format: |v| number::percent(v, false) },
-    Column { title: "Bias", of: |s| Some(s.bias), format: |v| number::percent(v, true) },
+    Column { title: "MAPE %", of: |s| Some(s.mape), format: |v| number::number(100.0 * v) },
+    Column { title: "Bias %", of: |s| Some(s.bias), format: signed_percent },
     Column { title: "SSIM", of: |s| Some(s.ssim), format: number::fraction },
     Column { title: "FLIP", of: |s| Some(s.flip), format: number::fraction },
 ];
+
+/// Per cent with a plus above 0, without the sign of per cent.
+fn signed_percent(v: f64) -> String {
+    let sign = if v > 0.0 { "+" } else { "" };
+    format!("{sign}{}", number::number(100.0 * v))
+}
 
 fn all<'a>(scene: &'a Scene<'_>) -> Vec<(&'a Series, &'a Setting)> {
     let series = scene.study.series.iter();
@@ -88,7 +94,7 @@ pub(super) fn phases(scene: &Scene<'_>) -> Markup {
     }
     html! {
         h3 { "Where the time goes" }
-        p.legend { @for (i, name) in names.iter().enumerate() { span { i.swatch class={"phase-" (i % 6)} {} (name) } } }
+        p.legend { @for (i, name) in names.iter().enumerate() { span { i class={"swatch phase-" (i % 6)} {} (name) } } }
         div.scroll tabindex="0" role="region" aria-label="Phase times" {
             table.phases {
                 caption { "Shares of the phases in the run of median CPU time, in wall-clock time." }

@@ -1,5 +1,7 @@
 //! Chromium without a window, driven over its DevTools protocol.
 
+#![allow(clippy::unwrap_used, reason = "tests only")]
+
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -139,6 +141,12 @@ impl Browser {
     pub(crate) fn mouse(&mut self, kind: &str, x: f64, y: f64) {
         let pressed = u8::from(kind != "mouseReleased");
         let event = json!({"type": kind, "x": x, "y": y, "button": "left", "buttons": pressed, "clickCount": 1});
+        self.call("Input.dispatchMouseEvent", event);
+    }
+
+    /// Moves the pointer without a button.
+    pub(crate) fn hover(&mut self, x: f64, y: f64) {
+        let event = json!({"type": "mouseMoved", "x": x, "y": y});
         self.call("Input.dispatchMouseEvent", event);
     }
 
