@@ -148,6 +148,8 @@
       if (!this.root.dataset.ready) return;
       const { canvas, context, state, place } = this;
       const { A, B, R } = this.choices;
+      // Fingers scroll the page unless they can move the picture.
+      canvas.style.touchAction = state.zoom === 1 ? "pan-y" : "none";
       context.imageSmoothingEnabled = place.scale < 1;
       context.clearRect(0, 0, canvas.width, canvas.height);
       const paint = (layer) => context.drawImage(layer, place.left, place.top, this.width * place.scale, this.height * place.scale);

@@ -58,6 +58,8 @@ impl Axis {
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Line {
     pub label: String,
+    /// What its key says besides: the slope. May be empty.
+    pub note: String,
     /// Which colour and mark it has; a series has the same ones in all charts of a scene.
     pub style: usize,
     /// Whether its marks are joined.
@@ -79,6 +81,17 @@ pub(super) struct Mark {
     pub command: String,
     /// Whether no other setting is both faster and better.
     pub front: bool,
+}
+
+impl Line {
+    /// Label and note.
+    pub(super) fn key(&self) -> String {
+        if self.note.is_empty() {
+            self.label.clone()
+        } else {
+            format!("{} · {}", self.label, self.note)
+        }
+    }
 }
 
 impl Chart {
@@ -157,16 +170,13 @@ fn quoted(text: &str) -> String {
     format!("\"{guard}{}\"", text.replace('"', "\"\""))
 }
 
-fn unshowable(mark: &Mark, x: &Axis, y: &Axis) -> Option<&'static str> {
+fn unshowable(mark: &Mark, x: &Axis, y: &Axis) -> Option<String> {
     if mark.x.iter().chain(&mark.y).any(|v| !v.is_finite()) {
-        Some("not a finite number")
-    } else if x.log && mark.x[0] <= 0.0 {
-        Some("0 or less across, which a logarithmic axis cannot show")
-    } else if y.log && mark.y[0] <= 0.0 {
-        Some("0 or less upwards, which a logarithmic axis cannot show")
-    } else {
-        None
+        return Some("not a finite number".into());
     }
+    let beyond = |axis: &Axis, v: f64| axis.log && v <= 0.0;
+    let axis = [(x, mark.x[0]), (y, mark.y[0])].into_iter().find(|(axis, v)| beyond(axis, *v))?.0;
+    Some(format!("{} is 0 or less, which a logarithmic axis cannot show", axis.title))
 }
 
 /// First and last value with 4 % room at both ends.
@@ -204,7 +214,8 @@ mod tests {
 
     fn chart(marks: Vec<Mark>) -> Chart {
         let axis = || Axis::new("", true);
-        let lines = vec![Line { label: "=A".into(), style: 0, joined: true, marks }];
+        let lines =
+            vec![Line { label: "=A".into(), note: String::new(), style: 0, joined: true, marks }];
         Chart {
             id: "c".into(),
             title: String::new(),
@@ -228,7 +239,7 @@ mod tests {
         assert_eq!(chart.lines[0].marks.len(), 1);
         assert_eq!(chart.lines[0].marks[0].y, [1e-3, 5e-4, 2e-3]);
         assert_eq!(chart.left_out.len(), 3);
-        assert!(chart.left_out[0].starts_with("=A, below: 0 or less"));
+        assert!(chart.left_out[0].starts_with("=A, below:  is 0 or less"));
         assert!(chart.y.domain[0] > 0.0 && chart.y.domain[0] < 5e-4 && chart.y.domain[1] > 2e-3);
     }
 

@@ -12,7 +12,7 @@ struct Quantity {
 }
 
 const CPU: Quantity =
-    Quantity { title: "CPU time in s", of: |s| Some(s.cpu_seconds), format: number::seconds };
+    Quantity { title: "CPU time in s", of: |s| Some(s.cpu_seconds), format: number::number };
 const REL_MSE: Quantity =
     Quantity { title: "relMSE", of: |s| Some(s.rel_mse), format: number::scientific };
 const RECORDS: Quantity = Quantity { title: "Records", of: |s| s.records, format: number::whole };
@@ -71,7 +71,7 @@ fn against_parameter(scene: &SceneStudy, parameter: &str, y: &Quantity) -> Optio
         let x = setting.x?;
         Some(([x; 3], number::number(x)))
     };
-    let lines = lines(scene, &swept, &x, y, &|s: &Series| s.label.clone());
+    let lines = lines(scene, &swept, &x, y, &|_| String::new());
     let values: Vec<f64> = lines.iter().flat_map(|l| &l.marks).map(|m| m.x[0]).collect();
     if values.len() < 2 {
         return None;
@@ -115,12 +115,9 @@ fn spans_decade(values: &[f64]) -> bool {
 fn error_against_time(scene: &SceneStudy) -> Option<Chart> {
     let x = |setting: &Setting| {
         let cpu = setting.summary.as_ref()?.cpu_seconds;
-        Some((triple(cpu), number::spread(&cpu, &number::seconds)))
+        Some((triple(cpu), number::spread(&cpu, &number::number)))
     };
-    let label = |s: &Series| match s.slope {
-        Some(slope) => format!("{} · slope {}", s.label, short(slope.exponent)),
-        None => s.label.clone(),
-    };
+    let note = |s: &Series| s.slope.map(|slope| format!("slope {}", short(slope.exponent)));
     let chart = Chart {
         id: "relmse-time".into(),
         title: "relMSE against CPU time".into(),
@@ -129,7 +126,7 @@ fn error_against_time(scene: &SceneStudy) -> Option<Chart> {
             .into(),
         x: Axis::new(CPU.title, true),
         y: Axis::new(REL_MSE.title, true),
-        lines: lines(scene, &|_| true, &x, &REL_MSE, &label),
+        lines: lines(scene, &|_| true, &x, &REL_MSE, &|s| note(s).unwrap_or_default()),
         front: Vec::new(),
         left_out: Vec::new(),
     };
@@ -164,7 +161,7 @@ fn lines(
     wanted: &dyn Fn(&Series) -> bool,
     x: Coordinate<'_>,
     y: &Quantity,
-    label: &dyn Fn(&Series) -> String,
+    note: &dyn Fn(&Series) -> String,
 ) -> Vec<Line> {
     let line = |(style, series): (usize, &Series)| {
         let mark = |setting: &Setting| {
@@ -184,7 +181,13 @@ fn lines(
         };
         let marks: Vec<Mark> = series.settings.iter().filter_map(mark).collect();
         let joined = !matches!(series.kind, SeriesKind::Steps);
-        (!marks.is_empty()).then(|| Line { label: label(series), style, joined, marks })
+        (!marks.is_empty()).then(|| Line {
+            label: series.label.clone(),
+            note: note(series),
+            style,
+            joined,
+            marks,
+        })
     };
     let series = scene.series.iter().enumerate().filter(|(_, s)| wanted(s));
     series.filter_map(line).collect()
@@ -200,7 +203,13 @@ fn lookup_cost(scene: &SceneStudy) -> Option<Chart> {
     for cost in &scene.lookups {
         let label = cost.index.replace('_', " ");
         let at = lines.iter().position(|l| l.label == label).unwrap_or_else(|| {
-            lines.push(Line { label, style: lines.len(), joined: true, marks: Vec::new() });
+            lines.push(Line {
+                label,
+                note: String::new(),
+                style: lines.len(),
+                joined: true,
+                marks: Vec::new(),
+            });
             lines.len() - 1
         });
         lines[at].marks.push(Mark {
@@ -261,7 +270,13 @@ mod tests {
             command: String::new(),
             front: false,
         };
-        let line = |style, marks| Line { label: String::new(), style, joined: true, marks };
+        let line = |style, marks| Line {
+            label: String::new(),
+            note: String::new(),
+            style,
+            joined: true,
+            marks,
+        };
         let mut chart = Chart {
             id: String::new(),
             title: String::new(),

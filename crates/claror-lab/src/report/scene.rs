@@ -113,7 +113,7 @@ fn equal_error(scene: &Scene<'_>) -> Markup {
         h3 id={(scene.slug) "-equal-error"} { "CPU time to equal error" }
         div.scroll tabindex="0" role="region" aria-label="CPU time to equal error" {
             table {
-                caption { "CPU seconds to reach a relMSE, interpolated between settings; “not bracketed” where a method’s settings do not lie on both sides. Fastest in bold." }
+                caption { span { "CPU seconds to reach a relMSE, interpolated between settings; “not bracketed” where a method’s settings do not lie on both sides. Fastest in bold." } }
                 thead { tr { th scope="col" { "relMSE" } @for name in &names { th.num scope="col" { (findings::label(scene.study, name)) } } th.num scope="col" { "Ratio" } } }
                 tbody { @for row in rows { (error_row(row, &names)) } }
             }

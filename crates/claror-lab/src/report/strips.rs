@@ -71,7 +71,7 @@ fn reference(scene: &Scene<'_>) -> Markup {
             p.name { strong { "Reference" } br; @if scene.study.reference.spp > 0 { (number::whole(scene.study.reference.spp as f64)) " spp" } @else { "given" } }
             (picture(scene, png, "Picture", "Reference", ""))
             (keys(scene))
-            figcaption { dl.numbers { dt { "CPU" } dd { (number::seconds(scene.study.reference.cpu_seconds)) } dt { "relMSE" } dd { "≈ " (rich(&number::scientific(scene.study.reference.rel_mse))) } } }
+            figcaption { dl.numbers { div { dt { "CPU" } dd { (number::seconds(scene.study.reference.cpu_seconds)) } } div { dt { "relMSE" } dd { "≈ " (rich(&number::scientific(scene.study.reference.rel_mse))) } } } }
         }
     }
 }
@@ -98,11 +98,11 @@ fn numbers(setting: &Setting) -> Markup {
     html! {
         @match &setting.summary {
             Some(s) => dl.numbers {
-                dt { "Wall" } dd { (number::seconds(s.seconds.median)) }
-                dt { "CPU" } dd { (number::seconds(s.cpu_seconds.median)) }
-                dt { "relMSE" } dd { (rich(&number::scientific(s.rel_mse.median))) }
-                dt { "Bias" } dd { (number::percent(s.bias.median, true)) }
-                dt { "FLIP" } dd { (number::fraction(s.flip.median)) }
+                div { dt { "Wall" } dd { (number::seconds(s.seconds.median)) } }
+                div { dt { "CPU" } dd { (number::seconds(s.cpu_seconds.median)) } }
+                div { dt { "relMSE" } dd { (rich(&number::scientific(s.rel_mse.median))) } }
+                div { dt { "Bias" } dd { (number::percent(s.bias.median, true)) } }
+                div { dt { "FLIP" } dd { (number::fraction(s.flip.median)) } }
             },
             None => p.muted { "No finished run." },
         }

@@ -59,7 +59,7 @@ impl Scale<'_> {
 /// The chart as an SVG element.
 pub(super) fn draw(chart: &Chart, colors: Colors) -> Markup {
     let legend = legend_rows(chart);
-    let height = SIZE[1] + LEGEND_LINE * legend.len() as f64;
+    let height = SIZE[1] + LEGEND_LINE * (legend.len() as f64 + 0.2);
     let x = Scale { axis: &chart.x, from: MARGIN[0], to: SIZE[0] - MARGIN[1] };
     let y = Scale { axis: &chart.y, from: SIZE[1] - MARGIN[3], to: MARGIN[2] };
     html! {
@@ -74,7 +74,7 @@ pub(super) fn draw(chart: &Chart, colors: Colors) -> Markup {
             @for line in &chart.lines { (series(line, &x, &y, colors)) }
             @for (row, entries) in legend.iter().enumerate() {
                 @for (at, label, line) in entries {
-                    (legend_entry(*at, SIZE[1] + LEGEND_LINE * row as f64, label, *line, colors))
+                    (legend_entry(*at, SIZE[1] + LEGEND_LINE * (row as f64 + 0.5), label, *line, colors))
                 }
             }
         }
@@ -182,8 +182,8 @@ fn front_path(chart: &Chart, x: &Scale<'_>, y: &Scale<'_>) -> String {
 
 /// The marks of a chart with their names, as a list of the page.
 pub(super) fn key(chart: &Chart) -> Markup {
-    let front = (!chart.front.is_empty()).then_some(("Pareto front", None));
-    let entries = chart.lines.iter().map(|l| (l.label.as_str(), Some(l))).chain(front);
+    let front = (!chart.front.is_empty()).then(|| ("Pareto front".into(), None));
+    let entries = chart.lines.iter().map(|l| (l.key(), Some(l))).chain(front);
     html! {
         ul.chart-key {
             @for (label, line) in entries {
@@ -197,7 +197,7 @@ type LegendEntry<'a> = (f64, String, Option<&'a Line>);
 
 /// Entries with their x, as many in a row as fit (about 7 units a letter). `None` is the front.
 fn legend_rows(chart: &Chart) -> Vec<Vec<LegendEntry<'_>>> {
-    let mut entries: Vec<_> = chart.lines.iter().map(|l| (l.label.clone(), Some(l))).collect();
+    let mut entries: Vec<_> = chart.lines.iter().map(|l| (l.key(), Some(l))).collect();
     if !chart.front.is_empty() {
         entries.push(("Pareto front".into(), None));
     }

@@ -45,7 +45,7 @@ pub(super) fn settings(scene: &Scene<'_>) -> Markup {
         h3 id={(scene.slug) "-settings"} { "All settings" }
         div.scroll tabindex="0" role="region" aria-label={"All settings of " (scene.study.name)} {
             table.sortable {
-                caption { "Medians over the seeds; below them the smallest and the largest value where they differ." }
+                caption { span { "Medians over the seeds; below them the smallest and the largest value where they differ." } }
                 thead { tr {
                     th scope="col" data-kind="text" { "Series" } th scope="col" data-kind="text" { "Setting" } th.num scope="col" data-kind="number" { "Runs" }
                     @for column in &COLUMNS { th.num scope="col" data-kind="number" { (column.title) } }
@@ -97,7 +97,7 @@ pub(super) fn phases(scene: &Scene<'_>) -> Markup {
         p.legend { @for (i, name) in names.iter().enumerate() { span { i class={"swatch phase-" (i % 6)} {} (name) } } }
         div.scroll tabindex="0" role="region" aria-label="Phase times" {
             table.phases {
-                caption { "Shares of the phases in the run of median CPU time, in wall-clock time." }
+                caption { span { "Shares of the phases in the run of median CPU time, in wall-clock time." } }
                 thead { tr { th scope="col" { "Series" } th scope="col" { "Setting" } th scope="col" { "Shares" } @for name in &names { th.num scope="col" { (name) " s" } } th.num scope="col" { "Sum s" } } }
                 tbody { @for (series, setting, run) in &rows { (phase_row(series, setting, run, &names)) } }
             }
@@ -137,7 +137,7 @@ pub(super) fn runs(scene: &Scene<'_>) -> Markup {
         details.runs { summary { "All " (count) " runs with their commands" }
             div.scroll tabindex="0" role="region" aria-label="All runs" {
                 table {
-                    caption { "Each run as it was made. Load is that of the machine when the run began, without the run." }
+                    caption { span { "Each run as it was made. Load is that of the machine when the run began, without the run." } }
                     thead { tr {
                         th scope="col" { "Run" } th.num scope="col" { "Seed" } th scope="col" { "Began" } th.num scope="col" { "Load" } th.num scope="col" { "CPU s" }
                         th.num scope="col" { "Wall s" } th.num scope="col" { "spp" } th.num scope="col" { "Rays" } th.num scope="col" { "Records" } th.num scope="col" { "relMSE" } th scope="col" { "Picture" } th scope="col" { "Command" }

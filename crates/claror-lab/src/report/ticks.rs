@@ -19,6 +19,8 @@ pub(super) fn ticks(axis: &Axis, about: usize) -> Vec<(f64, Option<String>)> {
     } else {
         &[1]
     };
+    // One way of writing along an axis.
+    let plain = low >= 1e-3 && high < 1e5;
     let mut out = Vec::new();
     for exponent in first..=last {
         for digit in 1..=9u32 {
@@ -27,18 +29,17 @@ pub(super) fn ticks(axis: &Axis, about: usize) -> Vec<(f64, Option<String>)> {
                 continue;
             }
             let has_label = labelled.contains(&digit) && exponent.rem_euclid(step) == 0;
-            out.push((v, has_label.then(|| log_label(v, exponent))));
+            out.push((
+                v,
+                has_label.then(|| if plain { decimal(v) } else { number::round_number(v) }),
+            ));
         }
     }
     out
 }
 
-fn log_label(v: f64, exponent: i32) -> String {
-    if (-2..=4).contains(&exponent) {
-        format!("{}", (v * 1000.0).round() / 1000.0)
-    } else {
-        number::round_number(v)
-    }
+fn decimal(v: f64) -> String {
+    format!("{}", (v * 1000.0).round() / 1000.0)
 }
 
 fn linear_ticks(low: f64, high: f64, about: usize, percent: bool) -> Vec<(f64, Option<String>)> {
@@ -69,7 +70,8 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_within_the_axis() {
-        assert_eq!(labels([0.9e-5, 1.1e-1], true), ["10⁻⁵", "10⁻⁴", "10⁻³", "0.01", "0.1"]);
+        assert_eq!(labels([0.9e-5, 1.1e-1], true), ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
+        assert_eq!(labels([0.05, 150.0], true), ["0.1", "1", "10", "100"]);
         assert_eq!(labels([0.9, 8.0], true), ["1", "2", "3", "5", "7"]);
         assert_eq!(labels([-0.011, 0.021], false), ["−0.01", "0.00", "0.01", "0.02"]);
     }
