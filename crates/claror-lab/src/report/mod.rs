@@ -1,6 +1,6 @@
 //! The report: one page that needs nothing else, and charts for papers.
 //!
-//! [`write`] makes `report.html`, which holds its pictures, data and programs and asks no network
+//! [`fn@write`] makes `report.html`, which holds its pictures, data and programs and asks no network
 //! for anything, and `charts/*.svg` with their data as `*.csv`.
 
 mod chart;
