@@ -154,7 +154,8 @@ fn no_link_is_broken() {
 
 #[test]
 fn broken_links_are_found() {
-    let text = "[a](b.md) `[no](c.md)` ![d](e.png)\n```\n[no](f.md)\n```\n<!-- [no](g.md) -->[h](i.md#j)";
+    let text =
+        "[a](b.md) `[no](c.md)` ![d](e.png)\n```\n[no](f.md)\n```\n<!-- [no](g.md) -->[h](i.md#j)";
     assert_eq!(links(text), ["b.md", "e.png", "i.md#j"]);
     for bad in ["nowhere.md", "verify.md#nowhere", "../README.md", "museum/none.png"] {
         assert!(fault("docs/README.md", bad).is_some(), "{bad}");

@@ -192,9 +192,8 @@ fn cache_section(page: &mut String) {
 
 /// The default, and those of the criteria that have another one. `quote` stands around names.
 fn default_of(parameter: &CacheParameter, quote: &str) -> String {
-    let of = |criterion| {
-        parameter.get(&IrrCacheSettings { criterion, ..IrrCacheSettings::default() })
-    };
+    let of =
+        |criterion| parameter.get(&IrrCacheSettings { criterion, ..IrrCacheSettings::default() });
     let usual = parameter.get(&IrrCacheSettings::default());
     let mut text = usual.clone();
     if parameter.name == "criterion" {
@@ -260,7 +259,8 @@ struct Bare;
 
 impl Files for Bare {
     fn read(&self, _: &Path, _: u64) -> io::Result<Vec<u8>> {
-        let scene = r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere"/></scene>"#;
+        let scene =
+            r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere"/></scene>"#;
         Ok(scene.as_bytes().to_vec())
     }
 
