@@ -64,7 +64,9 @@ pub(crate) enum Command {
     /// Write a completion script for a shell to standard output
     Completions(CompletionsArgs),
     /// Write the manual page to standard output
-    Man,
+    Man(MarkdownArgs),
+    /// List all parameters that -p sets, with meaning, values and defaults
+    Parameters(MarkdownArgs),
 }
 
 /// The scene and how to read it.
@@ -429,6 +431,14 @@ fn parse_threshold(text: &str) -> Result<(Metric, f64), String> {
         Ok(value) if value >= 0.0 => Ok((metric, value)),
         _ => Err("expected a number not below 0".to_owned()),
     }
+}
+
+/// For pages of the book.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct MarkdownArgs {
+    /// Write Markdown, as in docs/
+    #[arg(long)]
+    pub(crate) markdown: bool,
 }
 
 #[derive(Debug, Args)]

@@ -61,7 +61,8 @@ fn dispatch(command: Command, console: &mut Console) -> Result<Exit, Failure> {
         Command::Compare(args) => return run::compare::run(&args, console),
         Command::Cache(command) => return run::cache::run(&command, console),
         Command::Completions(args) => run::documents::completions(&args, console),
-        Command::Man => run::documents::man(console),
+        Command::Man(args) => run::documents::man(args, console),
+        Command::Parameters(args) => run::documents::parameters(args, console),
     }
     Ok(Exit::Success)
 }

@@ -12,6 +12,8 @@ use claror::integrator::{
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
 
+pub(crate) mod reference;
+
 /// What the parameters belong to.
 #[derive(Debug)]
 pub(crate) struct Target<'a> {

@@ -1,4 +1,5 @@
-//! `claror completions` and `claror man`: both are made from the definition of the options.
+//! `claror completions`, `claror man` and `claror parameters`: what is made from the definition of the
+//! options and the tables of parameters.
 
 use std::io::{self, Write};
 
@@ -6,8 +7,9 @@ use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, roman};
 
-use crate::args::{Cli, CompletionsArgs};
+use crate::args::{Cli, CompletionsArgs, MarkdownArgs};
 use crate::messages::Console;
+use crate::parameters::reference;
 
 /// Writes the completion script of a shell.
 pub(crate) fn completions(args: &CompletionsArgs, console: &Console) {
@@ -16,8 +18,17 @@ pub(crate) fn completions(args: &CompletionsArgs, console: &Console) {
     console.stdout.write(&script);
 }
 
+/// Writes all parameters.
+pub(crate) fn parameters(args: MarkdownArgs, console: &Console) {
+    let page = if args.markdown { reference::markdown() } else { reference::text() };
+    console.stdout.write(page.as_bytes());
+}
+
 /// Writes the manual page: all commands on one page.
-pub(crate) fn man(console: &Console) {
+pub(crate) fn man(args: MarkdownArgs, console: &Console) {
+    if args.markdown {
+        return console.stdout.write(super::command_line::markdown().as_bytes());
+    }
     let mut page = Vec::new();
     render_page(&mut page).expect("writing to memory does not fail");
     console.stdout.write(&page);
@@ -93,7 +104,7 @@ fn exit_codes() -> String {
     crate::exit::TABLE.lines().skip(1).map(|line| format!("{}\n", line.trim_start())).collect()
 }
 
-const ENVIRONMENT: &str = "\
+pub(super) const ENVIRONMENT: &str = "\
 CLAROR_THREADS     threads to use, as --threads
 CLAROR_MAX_MEMORY  memory not to exceed, as --max-memory
 NO_COLOR           no colour, if set and not empty

@@ -3,6 +3,7 @@
 pub(crate) mod cache;
 mod cache_file;
 pub(crate) mod check;
+mod command_line;
 pub(crate) mod compare;
 pub(crate) mod documents;
 pub(crate) mod info;
