@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use claror::film::{CropWindow, FilterKind};
 use claror::integrator::{
-    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, IntegratorKind, IntegratorSettings,
-    is_cache_parameter,
+    CACHE_ALIASES, CACHE_PARAMETERS, GRID_PARAMETERS, GridParameter, IntegratorKind,
+    IntegratorSettings, Parameter as Named, is_cache_parameter,
 };
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
@@ -135,13 +135,16 @@ const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Names of all parameters: those of the irradiance cache follow the others of the integrator.
+/// Names of all parameters: those of the irradiance cache and of the grid follow the others of the
+/// integrator.
 pub(crate) fn names() -> Vec<String> {
     let (integrator, others) = PARAMETERS.split_at(integrator_parameters());
     let name = |parameter: &Parameter| parameter.name.to_owned();
-    let of_cache =
-        CACHE_PARAMETERS.iter().map(|parameter| format!("integrator.{}", parameter.name));
-    integrator.iter().map(name).chain(of_cache).chain(others.iter().map(name)).collect()
+    let of_cache = CACHE_PARAMETERS.iter().map(|parameter| parameter.name);
+    let is_new = |name: &&str| CACHE_PARAMETERS.iter().all(|parameter| parameter.name != *name);
+    let of_grid = GRID_PARAMETERS.iter().map(|parameter| parameter.name).filter(is_new);
+    let stored = of_cache.chain(of_grid).map(|name| format!("integrator.{name}"));
+    integrator.iter().map(name).chain(stored).chain(others.iter().map(name)).collect()
 }
 
 /// What the help says about `-p`.
@@ -156,12 +159,15 @@ pub(crate) fn help() -> String {
         join(of_integrator),
         join(others)
     );
-    for parameter in CACHE_PARAMETERS {
-        let CacheParameter { name, doc, .. } = parameter;
-        text += &format!("\n- integrator.{name}: {doc} ({})", parameter.expected());
+    fn line<S>(parameter: &Named<S>) -> String {
+        let Named { name, doc, .. } = parameter;
+        format!("\n- integrator.{name}: {doc} ({})", parameter.expected())
     }
+    text.extend(CACHE_PARAMETERS.iter().map(line));
+    text += "\n\nWith the integrator gridcache:\n";
+    text.extend(GRID_PARAMETERS.iter().map(line));
     let others: Vec<&str> = CACHE_ALIASES.iter().map(|alias| alias.name).collect();
-    text += "\n\nNames of other programs are taken as well: ";
+    text += "\n\nNames of other programs are taken for irrcache as well: ";
     text += &others.join(", ");
     text + "\n\nA max_depth of -1 is no limit, emitter_samples and bsdf_samples are of direct, film.crop is \
           X,Y,W,H. `-v` shows the values in force."
@@ -178,8 +184,18 @@ pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (S
     if let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) {
         return (parameter.set)(target, value.trim()).map_err(wrong);
     }
-    if let Some(name) = name.strip_prefix("integrator.").filter(|name| is_cache_parameter(name)) {
-        return set_of_cache(target.integrator, name, value).map_err(wrong);
+    if let Some(name) = name.strip_prefix("integrator.") {
+        let of_grid = GridParameter::named(name);
+        let uses_grid = target.integrator.kind == IntegratorKind::GridCache;
+        match of_grid {
+            Some(parameter) if uses_grid || !is_cache_parameter(name) => {
+                return set_of_grid(target.integrator, parameter, value).map_err(wrong);
+            }
+            _ if is_cache_parameter(name) => {
+                return set_of_cache(target.integrator, name, value).map_err(wrong);
+            }
+            _ => {}
+        }
     }
     let names = names();
     let known = names.iter().map(String::as_str);
@@ -195,6 +211,17 @@ fn set_of_cache(settings: &mut IntegratorSettings, name: &str, value: &str) -> R
     settings.set_cache_parameter(name, value).map(drop).map_err(|error| error.to_string())
 }
 
+fn set_of_grid(
+    settings: &mut IntegratorSettings,
+    parameter: &GridParameter,
+    value: &str,
+) -> Result<(), String> {
+    if settings.kind != IntegratorKind::GridCache {
+        return Err("only the integrator gridcache has it; add -i gridcache".to_owned());
+    }
+    parameter.set(&mut settings.grid, value).map_err(|error| error.to_string())
+}
+
 /// All parameters with their values, those that do not apply left out.
 pub(crate) fn list(integrator: &IntegratorSettings, sensor: &Sensor) -> Vec<(String, String)> {
     let (of_integrator, others) = PARAMETERS.split_at(integrator_parameters());
@@ -205,8 +232,13 @@ pub(crate) fn list(integrator: &IntegratorSettings, sensor: &Sensor) -> Vec<(Str
     let of_cache = CACHE_PARAMETERS.iter().filter(|_| has_cache).map(|parameter| {
         (format!("integrator.{}", parameter.name), parameter.get(&integrator.cache))
     });
+    let has_grid = integrator.kind == IntegratorKind::GridCache;
+    let of_grid = GRID_PARAMETERS.iter().filter(|_| has_grid).map(|parameter| {
+        (format!("integrator.{}", parameter.name), parameter.get(&integrator.grid))
+    });
     let of_integrator = of_integrator.iter().filter_map(value);
-    of_integrator.chain(of_cache).chain(others.iter().filter_map(value)).collect()
+    let stored = of_cache.chain(of_grid);
+    of_integrator.chain(stored).chain(others.iter().filter_map(value)).collect()
 }
 
 fn assign<T>(place: &mut T, value: T) -> Result<(), String> {
@@ -236,6 +268,7 @@ pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::Direct { .. } => "direct",
         IntegratorKind::Depth => "depth",
         IntegratorKind::IrradianceCache => "irrcache",
+        IntegratorKind::GridCache => "gridcache",
     }
 }
 
@@ -250,7 +283,12 @@ pub(crate) fn set_integrator(settings: &mut IntegratorSettings, name: &str) -> R
         },
         "depth" => IntegratorKind::Depth,
         "irrcache" => IntegratorKind::IrradianceCache,
-        _ => return Err("the integrators are irrcache, path, direct and depth".to_owned()),
+        "gridcache" => IntegratorKind::GridCache,
+        _ => {
+            return Err(
+                "the integrators are irrcache, path, direct, gridcache and depth".to_owned()
+            );
+        }
     };
     Ok(())
 }
@@ -458,6 +496,33 @@ mod tests {
         let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
         let (_, hint) = set(&mut target, "integrator.accurcy", "9").expect_err("misspelt");
         assert_eq!(hint, "did you mean \"integrator.accuracy\"?");
+    }
+
+    /// A name that two integrators have means that of the one in use.
+    #[test]
+    fn parameters_of_grids_are_those_of_their_integrator() {
+        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
+        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
+        let (_, hint) = set(&mut target, "integrator.step", "7").expect_err("no grid");
+        assert!(hint.contains("-i gridcache"), "{hint}");
+        for (name, value) in [
+            ("integrator.type", "gridcache"),
+            ("integrator.step", "7"),
+            ("integrator.gather_samples", "99"),
+        ] {
+            set(&mut target, name, value).expect("a valid value");
+        }
+        let (_, hint) = set(&mut target, "integrator.error", "0.1").expect_err("no records");
+        assert!(hint.contains("-i irrcache"), "{hint}");
+        assert!(set(&mut target, "integrator.quantity", "light").is_err());
+        assert_eq!((integrator.grid.step, integrator.grid.gather_samples), (7, 99));
+        assert_eq!(integrator.cache.gather_samples, None);
+        let listed = list(&integrator, &sensor);
+        for (name, value) in [("step", "7"), ("interpolation", "bilinear")] {
+            assert!(listed.contains(&(format!("integrator.{name}"), value.to_owned())));
+        }
+        let unique: std::collections::BTreeSet<_> = names().into_iter().collect();
+        assert_eq!(unique.len(), names().len());
     }
 
     #[test]
