@@ -112,16 +112,16 @@ fn grids_enclose_the_pixels() {
 fn the_weight_of_ward_counts_lengths_and_turns() {
     let cell = Cell { corners: [0, 1, 2, 3], within: Vec2::splat(0.1) };
     let at = Place { p: Vec3::ZERO, n: Vec3::Z };
-    let flat = Some(Place { p: Vec3::new(0.5, 0.0, 0.0), n: Vec3::Z });
+    let flat = Place { p: Vec3::new(0.5, 0.0, 0.0), n: Vec3::Z };
     let turned = Some(Place { p: Vec3::new(0.0, 0.5, 0.0), n: Vec3::X });
     let back = Some(Place { p: Vec3::new(0.0, 0.0, -2.0), n: -Vec3::Z });
-    let weights = cell.weights(Interpolation::Ward, &at, &[flat, turned, back, None]);
+    let weights = cell.weights(Interpolation::Ward, &at, &[Some(flat), turned, back, None]);
     let expected = [2.0, 1.0 / 1.5, 1.0 / (2.0 + 2.0_f64.sqrt()), 0.0];
     for (found, expected) in weights.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-12, "{found}, {expected}");
     }
     // Normals that round to more than 1 in their product, and the point itself.
-    let long = Some(Place { n: 1.000_000_1 * Vec3::Z, ..flat.expect("one") });
+    let long = Some(Place { n: 1.000_000_1 * Vec3::Z, ..flat });
     let weights = cell.weights(Interpolation::Ward, &at, &[long, Some(at), turned, None]);
     assert_eq!(weights, [0.0, 1.0, 0.0, 0.0]);
     assert_eq!(cell.weights(Interpolation::Bilinear, &at, &[None; 4]), [0.0; 4]);
