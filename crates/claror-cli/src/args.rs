@@ -209,7 +209,7 @@ pub(crate) struct StopArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Changes to the scene")]
 pub(crate) struct ChangeArgs {
-    /// How light is computed: irrcache, path, direct or depth
+    /// How light is computed: irrcache, path, direct, gridcache or depth
     #[arg(short, long, value_name = "NAME")]
     pub(crate) integrator: Option<String>,
     /// Set a parameter, such as integrator.max_depth=4

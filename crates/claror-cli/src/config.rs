@@ -115,7 +115,7 @@ fn picture_file(option: &str, path: &Path) -> Result<(PathBuf, Format), Failure>
     }
 }
 
-/// A picture that shows the records of the irradiance cache.
+/// A picture that shows the records of the irradiance cache, or the points of a grid.
 #[derive(Debug)]
 pub(crate) struct ShowPoints {
     pub(crate) file: PathBuf,
@@ -228,14 +228,18 @@ impl RenderConfig {
             return Ok(());
         }
         let layer = aovs.iter().find(|aov| aov.kind.needs_cache());
+        // A grid has points, too, but keeps no file, and its points have no radii.
+        let has_points = kind == IntegratorKind::GridCache;
+        let has_radii = self.show_points.as_ref().is_some_and(|show| show.radii);
         let what = match layer {
             _ if self.cache.is_some() => "--cache".to_owned(),
-            _ if self.show_points.is_some() => "--show-points".to_owned(),
+            _ if has_points && has_radii => "--show-radii".to_owned(),
+            _ if self.show_points.is_some() && !has_points => "--show-points".to_owned(),
             Some(aov) => format!("layer {}", aov.name),
             None => return Ok(()),
         };
         let name = parameters::integrator_name(kind);
-        Err(Failure::usage(format!("{what}: the integrator {name} uses no cache"))
+        Err(Failure::usage(format!("{what}: the integrator {name} uses no irradiance cache"))
             .hint("-i irrcache chooses the one that does"))
     }
 }

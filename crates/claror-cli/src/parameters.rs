@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use claror::film::{CropWindow, FilterKind};
 use claror::integrator::{
-    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, IntegratorKind, IntegratorSettings,
-    is_cache_parameter,
+    CACHE_ALIASES, CACHE_PARAMETERS, GRID_PARAMETERS, GridParameter, IntegratorKind,
+    IntegratorSettings, Parameter as Named, is_cache_parameter,
 };
 use claror::sampler::SamplerKind;
 use claror::sensor::Sensor;
@@ -137,13 +137,16 @@ const PARAMETERS: &[Parameter] = &[
     },
 ];
 
-/// Names of all parameters: those of the irradiance cache follow the others of the integrator.
+/// Names of all parameters: those of the irradiance cache and of the grid follow the others of the
+/// integrator.
 pub(crate) fn names() -> Vec<String> {
     let (integrator, others) = PARAMETERS.split_at(integrator_parameters());
     let name = |parameter: &Parameter| parameter.name.to_owned();
-    let of_cache =
-        CACHE_PARAMETERS.iter().map(|parameter| format!("integrator.{}", parameter.name));
-    integrator.iter().map(name).chain(of_cache).chain(others.iter().map(name)).collect()
+    let of_cache = CACHE_PARAMETERS.iter().map(|parameter| parameter.name);
+    let is_new = |name: &&str| CACHE_PARAMETERS.iter().all(|parameter| parameter.name != *name);
+    let of_grid = GRID_PARAMETERS.iter().map(|parameter| parameter.name).filter(is_new);
+    let stored = of_cache.chain(of_grid).map(|name| format!("integrator.{name}"));
+    integrator.iter().map(name).chain(stored).chain(others.iter().map(name)).collect()
 }
 
 /// What the help says about `-p`.
@@ -158,12 +161,15 @@ pub(crate) fn help() -> String {
         join(of_integrator),
         join(others)
     );
-    for parameter in CACHE_PARAMETERS {
-        let CacheParameter { name, doc, .. } = parameter;
-        text += &format!("\n- integrator.{name}: {doc} ({})", parameter.expected());
+    fn line<S>(parameter: &Named<S>) -> String {
+        let Named { name, doc, .. } = parameter;
+        format!("\n- integrator.{name}: {doc} ({})", parameter.expected())
     }
+    text.extend(CACHE_PARAMETERS.iter().map(line));
+    text += "\n\nWith the integrator gridcache:\n";
+    text.extend(GRID_PARAMETERS.iter().map(line));
     let others: Vec<&str> = CACHE_ALIASES.iter().map(|alias| alias.name).collect();
-    text += "\n\nNames of other programs are taken as well: ";
+    text += "\n\nNames of other programs are taken for irrcache as well: ";
     text += &others.join(", ");
     text + "\n\nA max_depth of -1 is no limit, emitter_samples and bsdf_samples are of direct, film.crop is \
           X,Y,W,H. `-v` shows the values in force."
@@ -180,8 +186,18 @@ pub(crate) fn set(target: &mut Target, name: &str, value: &str) -> Result<(), (S
     if let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) {
         return (parameter.set)(target, value.trim()).map_err(wrong);
     }
-    if let Some(name) = name.strip_prefix("integrator.").filter(|name| is_cache_parameter(name)) {
-        return set_of_cache(target.integrator, name, value).map_err(wrong);
+    if let Some(name) = name.strip_prefix("integrator.") {
+        let of_grid = GridParameter::named(name);
+        let uses_grid = target.integrator.kind == IntegratorKind::GridCache;
+        match of_grid {
+            Some(parameter) if uses_grid || !is_cache_parameter(name) => {
+                return set_of_grid(target.integrator, parameter, value).map_err(wrong);
+            }
+            _ if is_cache_parameter(name) => {
+                return set_of_cache(target.integrator, name, value).map_err(wrong);
+            }
+            _ => {}
+        }
     }
     let names = names();
     let known = names.iter().map(String::as_str);
@@ -197,6 +213,17 @@ fn set_of_cache(settings: &mut IntegratorSettings, name: &str, value: &str) -> R
     settings.set_cache_parameter(name, value).map(drop).map_err(|error| error.to_string())
 }
 
+fn set_of_grid(
+    settings: &mut IntegratorSettings,
+    parameter: &GridParameter,
+    value: &str,
+) -> Result<(), String> {
+    if settings.kind != IntegratorKind::GridCache {
+        return Err("only the integrator gridcache has it; add -i gridcache".to_owned());
+    }
+    parameter.set(&mut settings.grid, value).map_err(|error| error.to_string())
+}
+
 /// All parameters with their values, those that do not apply left out.
 pub(crate) fn list(integrator: &IntegratorSettings, sensor: &Sensor) -> Vec<(String, String)> {
     let (of_integrator, others) = PARAMETERS.split_at(integrator_parameters());
@@ -207,8 +234,13 @@ pub(crate) fn list(integrator: &IntegratorSettings, sensor: &Sensor) -> Vec<(Str
     let of_cache = CACHE_PARAMETERS.iter().filter(|_| has_cache).map(|parameter| {
         (format!("integrator.{}", parameter.name), parameter.get(&integrator.cache))
     });
+    let has_grid = integrator.kind == IntegratorKind::GridCache;
+    let of_grid = GRID_PARAMETERS.iter().filter(|_| has_grid).map(|parameter| {
+        (format!("integrator.{}", parameter.name), parameter.get(&integrator.grid))
+    });
     let of_integrator = of_integrator.iter().filter_map(value);
-    of_integrator.chain(of_cache).chain(others.iter().filter_map(value)).collect()
+    let stored = of_cache.chain(of_grid);
+    of_integrator.chain(stored).chain(others.iter().filter_map(value)).collect()
 }
 
 fn assign<T>(place: &mut T, value: T) -> Result<(), String> {
@@ -238,6 +270,7 @@ pub(crate) fn integrator_name(kind: IntegratorKind) -> &'static str {
         IntegratorKind::Direct { .. } => "direct",
         IntegratorKind::Depth => "depth",
         IntegratorKind::IrradianceCache => "irrcache",
+        IntegratorKind::GridCache => "gridcache",
     }
 }
 
@@ -252,7 +285,12 @@ pub(crate) fn set_integrator(settings: &mut IntegratorSettings, name: &str) -> R
         },
         "depth" => IntegratorKind::Depth,
         "irrcache" => IntegratorKind::IrradianceCache,
-        _ => return Err("the integrators are irrcache, path, direct and depth".to_owned()),
+        "gridcache" => IntegratorKind::GridCache,
+        _ => {
+            return Err(
+                "the integrators are irrcache, path, direct, gridcache and depth".to_owned()
+            );
+        }
     };
     Ok(())
 }
@@ -356,130 +394,4 @@ fn set_filter(sensor: &mut Sensor, name: &str) -> Result<(), String> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use claror::film::FilmSettings;
-    use claror::math::{Transform, Vec2};
-    use claror::sampler::SamplerSettings;
-    use claror::sensor::SensorKind;
-
-    fn sensor() -> Sensor {
-        Sensor {
-            name: "camera".to_owned(),
-            kind: SensorKind::Perspective { fov_x: 0.7, principal_point_offset: Vec2::ZERO },
-            to_world: Transform::IDENTITY,
-            near_clip: 0.01,
-            far_clip: 1e4,
-            film: FilmSettings {
-                width: 64,
-                height: 48,
-                crop: CropWindow { x: 8, y: 8, width: 16, height: 16 },
-                filter: FilterKind::Gaussian { stddev: 0.5 },
-                alpha: false,
-            },
-            sampler: SamplerSettings { kind: SamplerKind::Sobol, sample_count: 16, seed: 0 },
-        }
-    }
-
-    fn set_one(name: &str, value: &str) -> Result<Vec<(String, String)>, (String, String)> {
-        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
-        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
-        set(&mut target, name, value)?;
-        Ok(list(&integrator, &sensor))
-    }
-
-    #[test]
-    fn what_is_set_is_listed() {
-        for (name, value) in [
-            ("integrator.type", "direct"),
-            ("integrator.max_depth", "-1"),
-            ("integrator.max_depth", "7"),
-            ("integrator.rr_depth", "9"),
-            ("integrator.early_roulette", "false"),
-            ("integrator.hide_emitters", "true"),
-            ("sampler.type", "independent"),
-            ("sampler.seed", "18446744073709551615"),
-            ("sampler.sample_count", "33"),
-            ("sensor.near_clip", "0.5"),
-            ("sensor.far_clip", "70"),
-            ("film.width", "65"),
-            ("film.height", "66"),
-            ("film.crop", "1,2,3,4"),
-            ("film.alpha", "true"),
-            ("film.rfilter", "catmullrom"),
-        ] {
-            let listed = set_one(name, value).expect("a valid value");
-            assert!(listed.contains(&(name.to_owned(), value.to_owned())), "{name} in {listed:?}");
-        }
-    }
-
-    #[test]
-    fn impossible_values_are_refused() {
-        for (name, value) in [
-            ("integrator.max_depth", "-2"),
-            ("integrator.max_depth", "1.5"),
-            ("integrator.max_depth", "99999999999"),
-            ("integrator.rr_depth", "0"),
-            ("integrator.emitter_samples", "4"),
-            ("sampler.sample_count", "0"),
-            ("sensor.near_clip", "nan"),
-            ("film.width", "0"),
-            ("film.crop", "60,0,8,8"),
-            ("film.crop", "4294967295,0,4294967295,8"),
-            ("film.rfilter", "bicubic"),
-            ("film.alpha", "maybe"),
-        ] {
-            assert!(set_one(name, value).is_err(), "{name}={value} was accepted");
-        }
-    }
-
-    #[test]
-    fn misspelt_names_get_the_nearest() {
-        let (_, hint) = set_one("integrator.maxdepth", "3").expect_err("unknown");
-        assert_eq!(hint, "did you mean \"integrator.max_depth\"?");
-        let (_, hint) = set_one("x", "3").expect_err("unknown");
-        assert!(hint.contains("sampler.seed"), "{hint}");
-    }
-
-    #[test]
-    fn names_of_other_programs_set_what_is_listed() {
-        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
-        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
-        let (_, hint) = set(&mut target, "integrator.aa", "0.2").expect_err("no cache");
-        assert!(hint.contains("-i irrcache"), "{hint}");
-        set(&mut target, "integrator.type", "irrcache").expect("a valid value");
-        set(&mut target, "integrator.aa", "0.25").expect("a valid value");
-        set(&mut target, "integrator.ab", "2").expect("a valid value");
-        let (message, hint) = set(&mut target, "integrator.as", "9").expect_err("a bias");
-        assert_eq!(message, "`9` cannot be the value of integrator.as");
-        assert!(hint.contains("noise"), "{hint}");
-        let listed = list(&integrator, &sensor);
-        for (name, value) in [("error", "0.25"), ("accuracy", "0.25"), ("max_depth", "4")] {
-            assert!(listed.contains(&(format!("integrator.{name}"), value.to_owned())));
-        }
-        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
-        let (_, hint) = set(&mut target, "integrator.accurcy", "9").expect_err("misspelt");
-        assert_eq!(hint, "did you mean \"integrator.accuracy\"?");
-    }
-
-    #[test]
-    fn the_numbers_of_direct_follow_its_choice() {
-        let (mut integrator, mut sensor) = (IntegratorSettings::default(), sensor());
-        let mut target = Target { integrator: &mut integrator, sensor: &mut sensor };
-        for (name, value) in [
-            ("integrator.type", "direct"),
-            ("integrator.emitter_samples", "4"),
-            ("integrator.bsdf_samples", "0"),
-        ] {
-            set(&mut target, name, value).expect("a valid value");
-        }
-        assert_eq!(integrator.kind, IntegratorKind::Direct { emitter_samples: 4, bsdf_samples: 0 });
-    }
-
-    #[test]
-    fn another_size_gives_up_the_crop() {
-        let mut sensor = sensor();
-        resize(&mut sensor, 32, 24).expect("a valid size");
-        assert_eq!(sensor.film.crop, CropWindow { x: 0, y: 0, width: 32, height: 24 });
-    }
-}
+mod tests;

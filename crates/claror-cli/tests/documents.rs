@@ -32,21 +32,25 @@ fn every_scene_and_document_that_the_readme_names_exists() {
     }
 }
 
-/// What the scene files' page says of `irrcache` follows the table of its parameters.
+/// What the scene files' page says of integrators follows the tables of their parameters.
 #[test]
 fn every_parameter_of_the_cache_is_documented() {
+    let cache = claror::integrator::CACHE_PARAMETERS.iter().map(|parameter| parameter.name);
+    let grid = claror::integrator::GRID_PARAMETERS.iter().map(|parameter| parameter.name);
+    let tables = [("irrcache", cache.collect::<Vec<_>>()), ("gridcache", grid.collect())];
     let text = std::fs::read_to_string(root().join("docs/scene-files.md")).expect("scene-files.md");
-    let (_, section) = text.split_once("\n## `irrcache`").expect("a section about irrcache");
-    let section = section.split("\n## ").next().expect("its text");
-    let rows = section.lines().filter(|line| line.starts_with("| `"));
-    let named: Vec<&str> =
-        rows.flat_map(|row| quoted(row.split('|').nth(1).unwrap_or(""))).collect();
-    let known = claror::integrator::CACHE_PARAMETERS.iter().map(|parameter| parameter.name);
-    let missing: Vec<&str> = known.clone().filter(|name| !named.contains(name)).collect();
-    assert!(missing.is_empty(), "docs/scene-files.md lacks {missing:?}");
-    let made_up: Vec<&str> =
-        named.into_iter().filter(|name| !known.clone().any(|k| k == *name)).collect();
-    assert!(made_up.is_empty(), "docs/scene-files.md makes up {made_up:?}");
+    for (integrator, known) in tables {
+        let heading = format!("\n## `{integrator}`");
+        let (_, section) = text.split_once(&heading).expect("a section about it");
+        let section = section.split("\n## ").next().expect("its text");
+        let rows = section.lines().filter(|line| line.starts_with("| `"));
+        let named: Vec<&str> =
+            rows.flat_map(|row| quoted(row.split('|').nth(1).unwrap_or(""))).collect();
+        let missing: Vec<&&str> = known.iter().filter(|name| !named.contains(name)).collect();
+        assert!(missing.is_empty(), "docs/scene-files.md lacks {missing:?}");
+        let made_up: Vec<&&str> = named.iter().filter(|name| !known.contains(name)).collect();
+        assert!(made_up.is_empty(), "docs/scene-files.md makes up {made_up:?}");
+    }
 }
 
 #[test]

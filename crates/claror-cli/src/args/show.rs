@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum, ValueHint};
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Irradiance cache (of the integrator irrcache)")]
 pub(crate) struct ShowArgs {
-    /// Also write the picture, as PNG shows it, with a dot for every record that the camera sees
+    /// Also write the picture, as PNG shows it, with a dot for every record that the camera sees, or
+    /// for every point of gridcache's grid
     #[arg(
         long,
         visible_alias = "show_points",

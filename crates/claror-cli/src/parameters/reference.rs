@@ -5,7 +5,8 @@ use std::io;
 use std::path::Path;
 
 use claror::integrator::{
-    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, IntegratorSettings, IrrCacheSettings,
+    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, GRID_PARAMETERS, IntegratorSettings,
+    IrrCacheSettings, Parameter as Named,
 };
 use claror::irradiance::Criterion;
 use claror::sensor::Sensor;
@@ -29,7 +30,7 @@ const DESCRIPTIONS: &[Description] = &[
     describe(
         "integrator.type",
         "how light is computed",
-        "one of irrcache, path, direct, depth; volpath is path",
+        "one of irrcache, gridcache, path, direct, depth; volpath is path",
     ),
     describe(
         "integrator.max_depth",
@@ -125,6 +126,7 @@ pub(crate) fn markdown() -> String {
     let (of_integrator, others) = PARAMETERS.split_at(integrator_parameters());
     section(&mut page, "Integrator", of_integrator, &integrator, &sensor);
     cache_section(&mut page);
+    grid_section(&mut page, &integrator);
     let (of_sampler, others) = split(others, "sampler.");
     section(&mut page, "Sampler", of_sampler, &integrator, &sensor);
     let (of_sensor, of_film) = split(others, "sensor.");
@@ -146,6 +148,14 @@ pub(crate) fn text() -> String {
         let CacheParameter { name, doc, .. } = parameter;
         let default = default_of(parameter, "").replace('`', "");
         text += &format!("integrator.{name} = {default}\n    {doc}\n    {}\n", values(parameter));
+    }
+    for parameter in GRID_PARAMETERS {
+        let Named { name, doc, .. } = parameter;
+        let default = parameter.get(&integrator.grid);
+        text += &format!(
+            "integrator.{name} = {default} (gridcache)\n    {doc}\n    {}\n",
+            values(parameter)
+        );
     }
     text
 }
@@ -190,6 +200,16 @@ fn cache_section(page: &mut String) {
     );
 }
 
+fn grid_section(page: &mut String, integrator: &IntegratorSettings) {
+    *page += "\n## Grid in the picture\n\nOf the integrator `gridcache`; [what it is for](tutorial/03-grid.md).\n\n";
+    *page += "| name | meaning | values | default |\n|---|---|---|---|\n";
+    for parameter in GRID_PARAMETERS {
+        let name = format!("`{}`", parameter.name);
+        let default = parameter.get(&integrator.grid);
+        row(page, &[&name, parameter.doc, &values(parameter), &default]);
+    }
+}
+
 /// The default, and those of the criteria that have another one. `quote` stands around names.
 fn default_of(parameter: &CacheParameter, quote: &str) -> String {
     let of =
@@ -218,7 +238,7 @@ fn default_of(parameter: &CacheParameter, quote: &str) -> String {
 }
 
 /// What it can be, with its unit.
-fn values(parameter: &CacheParameter) -> String {
+fn values<S>(parameter: &Named<S>) -> String {
     match parameter.unit {
         "" | "1" => parameter.expected(),
         unit => format!("{}, {unit}", parameter.expected()),

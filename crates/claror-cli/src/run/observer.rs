@@ -3,7 +3,7 @@
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use claror::integrator::IrradianceCache;
+use claror::integrator::{GridCache, IrradianceCache};
 use claror::render::{Observer, Progress, RenderSettings, RenderState};
 
 use super::cache_file::CacheWriter;
@@ -22,7 +22,7 @@ pub(crate) struct Watch<'a> {
     cache: Option<&'a CacheWriter<'a>>,
     start: Instant,
     last_checkpoint: Mutex<Instant>,
-    /// When the irradiance cache was complete.
+    /// When the irradiance cache or the grid was complete.
     prepass: OnceLock<Duration>,
     /// Samples that an earlier run had done.
     first_samples: OnceLock<u64>,
@@ -53,7 +53,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Time until the irradiance cache was complete, if it was.
+    /// Time until the irradiance cache or the grid was complete, if it was.
     pub(crate) fn prepass(&self) -> Option<Duration> {
         self.prepass.get().copied()
     }
@@ -129,6 +129,10 @@ impl Observer for Watch<'_> {
         if let Some(writer) = self.cache {
             self.warn(writer.write(cache));
         }
+    }
+
+    fn grid_ready(&self, _: &GridCache) {
+        self.prepass.get_or_init(|| self.start.elapsed());
     }
 
     fn is_checkpoint_due(&self) -> bool {

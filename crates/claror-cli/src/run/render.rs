@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use claror::integrator::{Aov, IrradianceCache};
+use claror::integrator::{Aov, GridCache, IrradianceCache};
 use claror::render::{
     CacheMode, Fingerprint, RenderError, RenderOutput, RenderSettings, RenderState, Start,
     StartingCache, StopReason,
@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use super::cache_file::{self, CacheFile, CacheWriter};
 use super::load;
 use super::observer::Watch;
-use super::show_points::{self, Shown};
+use super::show_points::{self, Points, Shown};
 use super::state_file;
 use super::statistics::{self, Times};
 use super::verify::{self, Checking, Verified};
@@ -309,18 +309,18 @@ fn verified(
     verify::run(&checking, scene, output, elapsed)
 }
 
-/// Draws the records of the cache, if that was asked for and there are any.
+/// Draws the records of the cache or the points of the grid, if that was asked for and there are any.
 fn show_points(job: &Job, scene: &Scene, output: &RenderOutput) -> Option<Result<Shown, Failure>> {
     let config = job.config.show_points.as_ref()?;
-    let Some(cache) = &output.cache else {
+    let Some(points) = Points::of(output) else {
         let file = config.file.display();
-        let warning = format!("{file} is not written: the irradiance cache is not complete");
+        let warning = format!("{file} is not written: not all points are there yet");
         job.console.warning(&Report::warning(warning));
         return None;
     };
     let sensor = &scene.tables.sensors[job.sensor];
     let (picture, exposure) = (&output.picture, job.config.exposure);
-    let work = || show_points::write(config, scene, sensor, picture, cache, exposure);
+    let work = || show_points::write(config, scene, sensor, picture, points, exposure);
     Some(job.pool.install(work))
 }
 
@@ -369,6 +369,9 @@ fn report_non_finite(job: &Job, output: &RenderOutput) {
 
 fn report_cache(job: &Job, rendered: &Rendered) {
     let (output, times) = (&rendered.output, rendered.times());
+    if let Some(grid) = &output.grid {
+        job.console.result(&statistics::grid_summary(grid, &output.lookups));
+    }
     let Some(cache) = &output.cache else { return };
     let (made, lookups) = (&cache.statistics, &output.lookups);
     job.console.result(&statistics::summary(made, lookups, rendered.read_records));
@@ -441,6 +444,9 @@ fn metadata(job: &Job, output: &RenderOutput, elapsed: Duration) -> Vec<(String,
     if let Some(cache) = &output.cache {
         metadata.push(number("claror.records", cache.records.len() as f64));
     }
+    if let Some(grid) = &output.grid {
+        metadata.push(number("claror.grid_points", grid.len() as f64));
+    }
     let parameters = job.parameters.iter();
     metadata.extend(parameters.map(|(name, value)| text(&format!("claror.{name}"), value)));
     metadata
@@ -474,6 +480,8 @@ fn result_event(job: &Job, rendered: &Rendered) -> Value {
             object["file"] = json!(job.config.cache.as_ref().map(|cache| file(&cache.file)));
             object
         }),
+        "grid_points": output.grid.as_ref().map(GridCache::len),
+        "grid": output.grid.as_ref().map(|grid| statistics::grid_json(grid, &output.lookups)),
         "parameters": parameters,
     })
 }

@@ -1,12 +1,13 @@
-//! The picture with the records of the irradiance cache drawn into it.
+//! The picture with the records of the irradiance cache, or the points of a grid, drawn into it.
 
 use std::f32::consts::TAU;
 
 use claror::film::Picture;
 use claror::image::Image;
-use claror::integrator::{IrradianceCache, VisibleRecords};
+use claror::integrator::{GridCache, IrradianceCache, VisibleRecords};
 use claror::irradiance::Record;
 use claror::math::Vec2;
+use claror::render::RenderOutput;
 use claror::scene::Scene;
 use claror::sensor::{Camera, Sensor};
 use serde_json::{Value, json};
@@ -29,7 +30,10 @@ const PIECES: u16 = 64;
 #[derive(Debug)]
 pub(crate) struct Shown {
     file: String,
-    records: usize,
+    name: &'static str,
+    /// Why some are not seen.
+    why: &'static str,
+    all: usize,
     drawn: usize,
     hidden: usize,
     outside: usize,
@@ -38,17 +42,29 @@ pub(crate) struct Shown {
 impl Shown {
     /// `points.png: 1234 of 1300 records drawn; 40 hidden, 26 outside of the picture`.
     pub(crate) fn line(&self) -> String {
-        let Self { file, records, drawn, hidden, outside } = self;
-        let records = units::plural(*records as u64, "record");
-        format!(
-            "{file}: {drawn} of {records} drawn; {hidden} hidden or in mirrors only, {outside} \
-             outside of the picture"
-        )
+        let Self { file, name, why, all, drawn, hidden, outside } = self;
+        let all = units::plural(*all as u64, name);
+        format!("{file}: {drawn} of {all} drawn; {hidden} {why}, {outside} outside of the picture")
     }
 
     pub(crate) fn json(&self) -> Value {
-        let Self { file, records: _, drawn, hidden, outside } = self;
+        let Self { file, drawn, hidden, outside, .. } = self;
         json!({ "file": file, "drawn": drawn, "hidden": hidden, "outside": outside })
+    }
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Points<'a> {
+    Records(&'a IrradianceCache),
+    Grid(&'a GridCache),
+}
+
+impl<'a> Points<'a> {
+    /// What a render was made with.
+    pub(crate) fn of(output: &'a RenderOutput) -> Option<Self> {
+        let cache = output.cache.as_ref().map(Self::Records);
+        cache.or(output.grid.as_ref().map(Self::Grid))
     }
 }
 
@@ -58,20 +74,39 @@ pub(crate) fn write(
     scene: &Scene,
     sensor: &Sensor,
     picture: &Picture,
-    cache: &IrradianceCache,
+    points: Points,
     exposure: f32,
 ) -> Result<Shown, Failure> {
-    let visible = cache.visible_records(scene, sensor);
     let mut canvas = Canvas::new(&picture.beauty.image, exposure, config.color.to_array());
-    draw(&mut canvas, sensor, &cache.records, &visible, config.radii);
+    let (all, drawn, hidden, outside) = match points {
+        Points::Records(cache) => {
+            let visible = cache.visible_records(scene, sensor);
+            draw(&mut canvas, sensor, &cache.records, &visible, config.radii);
+            (cache.records.len(), visible.visible.len(), visible.hidden, visible.outside)
+        }
+        Points::Grid(grid) => {
+            let used = grid.used_points();
+            let drawn = draw_grid(&mut canvas, sensor, &used);
+            (grid.len(), drawn, grid.len() - used.len(), used.len() - drawn)
+        }
+    };
     compare::write(&config.file, config.format, &canvas.image)?;
-    Ok(Shown {
-        file: config.file.display().to_string(),
-        records: cache.records.len(),
-        drawn: visible.visible.len(),
-        hidden: visible.hidden,
-        outside: visible.outside,
-    })
+    let (name, why) = match points {
+        Points::Records(_) => ("record", "hidden or in mirrors only"),
+        Points::Grid(_) => ("grid point", "not on diffuse surfaces"),
+    };
+    let file = config.file.display().to_string();
+    Ok(Shown { file, name, why, all, drawn, hidden, outside })
+}
+
+/// Draws the points of a grid; returns how many are in the picture.
+fn draw_grid(canvas: &mut Canvas, sensor: &Sensor, points: &[Vec2]) -> usize {
+    let crop = sensor.film.crop;
+    let corner = Vec2::new(crop.x as f32, crop.y as f32);
+    let size = Vec2::new(crop.width as f32, crop.height as f32);
+    let places = points.iter().map(|film| *film - corner);
+    let inside = places.filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmplt(size).all());
+    inside.map(|at| canvas.dot(at)).count()
 }
 
 fn draw(

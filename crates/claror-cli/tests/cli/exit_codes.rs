@@ -21,7 +21,7 @@ const CASES: &[(&str, i32, &str)] = &[
     ("render room.xml --crop 20,20,8,8", 2, "beyond the film of 24x24"),
     ("render room.xml --sensor 2", 2, "0 (front), 1 (top)"),
     ("render room.xml --aov albdo", 2, "albedo"),
-    ("render room.xml -i bdpt", 2, "path, direct and depth"),
+    ("render room.xml -i bdpt", 2, "path, direct, gridcache and depth"),
     ("render room.xml -p integrator.maxdepth=3", 2, "did you mean \"integrator.max_depth\"?"),
     ("render room.xml -p integrator.max_depth=deep", 2, "integrator.max_depth"),
     ("render room.xml -p integrator.emitter_samples=3", 2, "-i direct"),

@@ -6,6 +6,7 @@ mod checkpoint;
 mod common;
 mod compare;
 mod exit_codes;
+mod grid;
 mod json;
 mod render;
 mod show;

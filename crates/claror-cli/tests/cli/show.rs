@@ -11,11 +11,11 @@ const RENDER: &str = "render room.xml -i irrcache -p integrator.max_depth=-1 --s
 fn without_a_cache_there_is_nothing_to_show() {
     let folder = Folder::new();
     for (arguments, what) in [
-        ("--aov irradiance", "layer irradiance: the integrator path uses no cache"),
-        ("--aov albedo,my:cache_miss", "layer my: the integrator path uses no cache"),
+        ("--aov irradiance", "layer irradiance: the integrator path uses no irradiance cache"),
+        ("--aov albedo,my:cache_miss", "layer my: the integrator path uses no irradiance cache"),
         ("-i direct --aov record_radius", "layer record_radius: the integrator direct uses no"),
-        ("--show-points a.png", "--show-points: the integrator path uses no cache"),
-        ("--show_points a.png", "--show-points: the integrator path uses no cache"),
+        ("--show-points a.png", "--show-points: the integrator path uses no irradiance cache"),
+        ("--show_points a.png", "--show-points: the integrator path uses no irradiance cache"),
     ] {
         let run = folder.run(&format!("render room.xml -o a.exr {arguments}")).expect(2);
         assert!(run.stderr.contains(what), "{arguments}: {}", run.stderr);

@@ -223,6 +223,11 @@ impl<'a> BsdfAtHit<'a> {
         !self.lobes().is_empty() && self.lobes().iter().all(|l| matches!(l.lobe, Lobe::Null))
     }
 
+    /// Whether some light passes as if there were no surface.
+    pub fn is_see_through(&self) -> bool {
+        self.lobes().iter().any(|l| matches!(l.lobe, Lobe::Null))
+    }
+
     /// Directional albedo, for light from everywhere equally, of the diffuse part (the `diffuse`
     /// of [`BsdfEval`]): reflected radiance is this over π times the irradiance.
     ///

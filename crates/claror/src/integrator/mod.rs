@@ -15,19 +15,26 @@
 
 mod aov;
 mod direct;
+mod gridcache;
 mod irrcache;
 mod light;
+mod parameter;
 mod path;
 #[cfg(test)]
 mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
+pub use gridcache::{
+    GridCache, GridCacheSettings, GridParameter, Interpolation, PARAMETERS as GRID_PARAMETERS,
+    Quantity,
+};
 pub use irrcache::{
     ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CacheStatistics,
     CacheView, Cause, IrrCacheSettings, IrradianceCache, IsCancelled, LookupCounts,
-    PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe, ProbeSettings, VisibleRecord,
-    VisibleRecords, is_cache_parameter,
+    PARAMETERS as CACHE_PARAMETERS, Probe, ProbeSettings, VisibleRecord, VisibleRecords,
+    is_cache_parameter,
 };
+pub use parameter::{Parameter, ParameterError};
 
 use crate::math::Ray;
 use crate::sampler::Sampler;
@@ -50,6 +57,8 @@ pub struct IntegratorSettings {
     pub hide_emitters: bool,
     /// Parameters of [`IntegratorKind::IrradianceCache`].
     pub cache: IrrCacheSettings,
+    /// Parameters of [`IntegratorKind::GridCache`].
+    pub grid: GridCacheSettings,
 }
 
 impl Default for IntegratorSettings {
@@ -62,6 +71,7 @@ impl Default for IntegratorSettings {
             early_roulette: true,
             hide_emitters: false,
             cache: IrrCacheSettings::default(),
+            grid: GridCacheSettings::default(),
         }
     }
 }
@@ -83,6 +93,17 @@ pub enum IntegratorKind {
     Depth,
     /// Diffuse indirect light from a cache, see [`IrradianceCache`].
     IrradianceCache,
+    /// Light interpolated from a grid in the picture, see [`GridCache`].
+    GridCache,
+}
+
+/// What a camera ray may take light from instead of following a path.
+#[derive(Debug, Clone, Copy)]
+pub enum Stored<'a> {
+    /// Records, or those of them that a pixel sees.
+    Cache(CacheView<'a>),
+    /// A grid of the picture.
+    Grid(&'a GridCache),
 }
 
 /// Radiance along a camera ray, in parts (see the module), W·m⁻²·sr⁻¹.
@@ -129,7 +150,7 @@ pub const CAMERA_DIMENSIONS: u32 = 2;
 
 /// An estimate of the radiance that arrives along `ray` (from the camera), with expectation
 /// exactly Mitsuba's. Adds the number of rays traced to `rays`. Without its `cache` the integrator
-/// `irrcache` follows paths.
+/// `irrcache` follows paths, and `gridcache` always does.
 pub fn radiance(
     scene: &Scene,
     settings: &IntegratorSettings,
@@ -138,23 +159,32 @@ pub fn radiance(
     sampler: &mut Sampler,
     rays: &mut u64,
 ) -> LayeredRadiance {
-    radiance_seen(scene, settings, cache.map(IrradianceCache::all), ray, sampler, rays)
+    let stored = cache.map(|cache| Stored::Cache(cache.all()));
+    radiance_from(scene, settings, stored, ray, sampler, rays)
 }
 
-/// [`radiance`] with the part of a cache that a pixel sees.
-pub fn radiance_seen(
+/// [`radiance`] with what is stored for a pixel.
+pub fn radiance_from(
     scene: &Scene,
     settings: &IntegratorSettings,
-    cache: Option<CacheView>,
+    stored: Option<Stored>,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
 ) -> LayeredRadiance {
     match settings.kind {
         IntegratorKind::Path => path::path(scene, settings, ray, sampler, rays),
-        IntegratorKind::IrradianceCache => match cache {
-            Some(cache) => irrcache::cached(scene, settings, cache, ray, sampler, rays),
-            None => path::path(scene, settings, ray, sampler, rays),
+        IntegratorKind::IrradianceCache => match stored {
+            Some(Stored::Cache(cache)) => {
+                irrcache::cached(scene, settings, cache, ray, sampler, rays)
+            }
+            _ => path::path(scene, settings, ray, sampler, rays),
+        },
+        IntegratorKind::GridCache => match stored {
+            Some(Stored::Grid(grid)) => {
+                gridcache::gridded(scene, settings, grid, ray, sampler, rays)
+            }
+            _ => path::path(scene, settings, ray, sampler, rays),
         },
         IntegratorKind::Direct { emitter_samples, bsdf_samples } => {
             let counts = direct::SampleCounts { emitter: emitter_samples, bsdf: bsdf_samples };

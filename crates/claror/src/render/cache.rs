@@ -1,7 +1,8 @@
-//! The irradiance cache of a render: made, taken over, or added to, before the first sample.
+//! What a render has before the first sample: an irradiance cache made, taken over or added to, or a
+//! grid.
 
 use super::{Fingerprint, Observer, RenderError, RenderSettings, RenderState};
-use crate::integrator::{CacheContents, IntegratorKind, IrradianceCache};
+use crate::integrator::{CacheContents, GridCache, IntegratorKind, IrradianceCache};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -40,10 +41,11 @@ impl From<Option<RenderState>> for Start {
     }
 }
 
-/// A cache that is ready, and the rays that it took now.
+/// A cache or grid that is ready, and the rays that it took now.
 #[derive(Debug, Default)]
 pub(super) struct Prepared {
     pub(super) cache: Option<IrradianceCache>,
+    pub(super) grid: Option<GridCache>,
     pub(super) rays: u64,
 }
 
@@ -58,8 +60,10 @@ pub(super) fn prepare(
     observer: &dyn Observer,
 ) -> Result<Prepared, RenderError> {
     let integrator = &scene.tables.integrator;
-    if integrator.kind != IntegratorKind::IrradianceCache {
-        return Ok(Prepared::default());
+    match integrator.kind {
+        IntegratorKind::IrradianceCache => {}
+        IntegratorKind::GridCache => return Ok(prepare_grid(scene, sensor, observer)),
+        _ => return Ok(Prepared::default()),
     }
     if let Some(start) = &start {
         let now = Fingerprint::of_cache(scene, sensor, settings);
@@ -79,7 +83,16 @@ pub(super) fn prepare(
     state.note_cache(&cache)?;
     observer.cache_ready(&cache);
     let rays = cache.statistics.rays.saturating_sub(earlier_rays);
-    Ok(Prepared { cache: Some(cache), rays })
+    Ok(Prepared { cache: Some(cache), rays, ..Default::default() })
+}
+
+/// The grid follows from what [`Fingerprint::new`] says: a continued render makes the same again.
+fn prepare_grid(scene: &Scene, sensor: &Sensor, observer: &dyn Observer) -> Prepared {
+    let Some(grid) = GridCache::build(scene, sensor, &|| observer.is_cancelled()) else {
+        return Prepared::default();
+    };
+    observer.grid_ready(&grid);
+    Prepared { rays: grid.rays, grid: Some(grid), cache: None }
 }
 
 impl RenderState {

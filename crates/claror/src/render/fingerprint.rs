@@ -1,5 +1,8 @@
 use super::RenderSettings;
-use crate::integrator::{CACHE_PARAMETERS, CacheParameter, IntegratorKind, IrrCacheSettings};
+use crate::integrator::{
+    CACHE_PARAMETERS, CacheParameter, GRID_PARAMETERS, GridParameter, IntegratorKind,
+    IrrCacheSettings,
+};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -48,6 +51,12 @@ impl Fingerprint {
         let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
         if integrator.kind == IntegratorKind::IrradianceCache {
             entries.extend(cache_entries(&integrator.cache, |_| true));
+        }
+        if integrator.kind == IntegratorKind::GridCache {
+            let entry = |parameter: &GridParameter| {
+                (parameter.name.to_owned(), parameter.get(&integrator.grid))
+            };
+            entries.extend(GRID_PARAMETERS.iter().map(entry));
         }
         Self { entries }
     }

@@ -20,7 +20,7 @@ pub use state::RenderState;
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
-use crate::integrator::{IntegratorKind, IrradianceCache, LookupCounts};
+use crate::integrator::{GridCache, IntegratorKind, IrradianceCache, LookupCounts};
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -68,6 +68,8 @@ pub trait Observer: Sync {
     fn checkpoint(&self, state: &RenderState);
     /// Called before the first sample, when the irradiance cache is complete.
     fn cache_ready(&self, _cache: &IrradianceCache) {}
+    /// Called before the first sample, when the grid of `gridcache` is complete.
+    fn grid_ready(&self, _grid: &GridCache) {}
     /// Whether the round should pause for a checkpoint. Asked after every tile.
     fn is_checkpoint_due(&self) -> bool {
         false
@@ -104,10 +106,12 @@ pub struct RenderOutput {
     pub error: f32,
     /// Samples that were NaN or infinite and count as black.
     pub non_finite: NonFinite,
-    /// What was asked of the irradiance cache for all samples, those of earlier runs included.
+    /// What was asked of the irradiance cache or grid for all samples, those of earlier runs included.
     pub lookups: LookupCounts,
     /// The irradiance cache, where one was used.
     pub cache: Option<IrradianceCache>,
+    /// The grid of `gridcache`, where one was used.
+    pub grid: Option<GridCache>,
 }
 
 /// Why a render could not begin.

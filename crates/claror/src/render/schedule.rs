@@ -133,8 +133,7 @@ pub(super) fn run(
     prepared: Prepared,
     observer: &dyn Observer,
 ) -> RenderOutput {
-    let Prepared { cache, rays: cache_rays } = prepared;
-    let renderer = TileRenderer::new(scene, sensor, cache.as_ref());
+    let renderer = TileRenderer::new(scene, sensor, &prepared);
     let plan = Plan::new(scene, sensor, settings);
     let samples = state.film.sample_counts().1;
     let pixels = u64::from(state.film.crop.width) * u64::from(state.film.crop.height);
@@ -183,11 +182,12 @@ pub(super) fn run(
         picture: Picture::new(&state.film, sensor.film.alpha, &scene.tables.aovs),
         stop,
         spp: state.film.sample_counts().0,
-        rays: round.rays.into_inner() + cache_rays,
+        rays: round.rays.into_inner() + prepared.rays,
         error,
         non_finite: state.film.non_finite(),
         lookups: state.film.lookups(),
-        cache,
+        cache: prepared.cache,
+        grid: prepared.grid,
         state,
     }
 }

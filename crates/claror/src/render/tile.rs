@@ -1,9 +1,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Observer;
+use super::cache::Prepared;
 use crate::film::{FilterSampler, Tile};
 use crate::integrator::{
-    Aov, IntegratorSettings, IrradianceCache, LayeredRadiance, eval_aovs, radiance_seen,
+    Aov, GridCache, IntegratorSettings, IrradianceCache, LayeredRadiance, Stored, eval_aovs,
+    radiance_from,
 };
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Sampler, SamplerTable};
@@ -15,6 +17,7 @@ pub(super) struct TileRenderer<'a> {
     scene: &'a Scene,
     integrator: IntegratorSettings,
     cache: Option<&'a IrradianceCache>,
+    grid: Option<&'a GridCache>,
     aovs: &'a [Aov],
     camera: Camera,
     filter: FilterSampler,
@@ -28,15 +31,12 @@ pub(super) struct TileWork {
 }
 
 impl<'a> TileRenderer<'a> {
-    pub(super) fn new(
-        scene: &'a Scene,
-        sensor: &'a Sensor,
-        cache: Option<&'a IrradianceCache>,
-    ) -> Self {
+    pub(super) fn new(scene: &'a Scene, sensor: &'a Sensor, prepared: &'a Prepared) -> Self {
         Self {
             scene,
             integrator: scene.tables.integrator,
-            cache,
+            cache: prepared.cache.as_ref(),
+            grid: prepared.grid.as_ref(),
             aovs: &scene.tables.aovs,
             camera: Camera::new(sensor),
             filter: FilterSampler::new(sensor.film.filter),
@@ -81,9 +81,10 @@ impl<'a> TileRenderer<'a> {
         let (x, y) = (window.x + i as u32 % window.width, window.y + i as u32 / window.width);
         let mut sampler = samples.sampler((x, y), index);
         let (ray, weight) = self.camera_ray((x, y), &mut sampler);
-        let cache = self.cache.map(|cache| cache.seen_by((x, y)));
+        let cache = self.cache.map(|cache| Stored::Cache(cache.seen_by((x, y))));
+        let stored = cache.or(self.grid.map(Stored::Grid));
         let mut sample =
-            radiance_seen(self.scene, &self.integrator, cache, &ray, &mut sampler, rays);
+            radiance_from(self.scene, &self.integrator, stored, &ray, &mut sampler, rays);
         tile.lookups = tile.lookups.merged(sample.lookups);
         if !sample.layers().iter().all(|layer| layer.is_finite()) {
             tile.non_finite.note((y, x, index));

@@ -1,8 +1,8 @@
 //! Integrators.
 
 use claror::integrator::{
-    Aov, AovKind, CACHE_PARAMETERS, IntegratorKind, IntegratorSettings, ParameterError,
-    is_cache_parameter,
+    Aov, AovKind, CACHE_PARAMETERS, GRID_PARAMETERS, GridParameter, IntegratorKind,
+    IntegratorSettings, ParameterError, is_cache_parameter,
 };
 
 use super::Builder;
@@ -12,7 +12,8 @@ use crate::scene::properties::Properties;
 use crate::scene::values::short;
 
 /// All integrator plugins.
-const PLUGINS: [&str; 7] = ["path", "irrcache", "direct", "aov", "depth", "volpath", "volpathmis"];
+const PLUGINS: [&str; 8] =
+    ["path", "irrcache", "gridcache", "direct", "aov", "depth", "volpath", "volpathmis"];
 
 impl<'a> Builder<'a> {
     /// The integrator of the scene.
@@ -35,6 +36,7 @@ impl<'a> Builder<'a> {
             "path" | "volpath" | "volpathmis" => Some(path(&properties)),
             "direct" => Some(direct(&properties)),
             "irrcache" => Some(self.irrcache(&properties)),
+            "gridcache" => Some(self.gridcache(&properties)),
             "depth" => {
                 Some(IntegratorSettings { kind: IntegratorKind::Depth, ..Default::default() })
             }
@@ -50,20 +52,12 @@ impl<'a> Builder<'a> {
 
     /// `irrcache` by itself, or around a path tracer as in Mitsuba 0.6.
     fn irrcache(&mut self, properties: &Properties<'a>) -> IntegratorSettings {
-        let nested = self.nested(properties, Tag::Integrator);
-        if let Some((second, _)) = nested.get(1) {
-            let message = "\"irrcache\" takes one nested integrator";
-            self.log.error(second.span, message, None);
-        }
-        let inner = match nested.first() {
-            Some((_, index)) => self.integrator(*index).unwrap_or_default(),
-            None => path(properties),
-        };
+        let (inner, is_nested) = self.path_inside(properties);
         let mut settings = IntegratorSettings { kind: IntegratorKind::IrradianceCache, ..inner };
         properties.ignore(&CACHE_PARAMETERS.iter().map(|p| p.name).collect::<Vec<_>>());
         // What was set by which name.
         let mut given: Vec<(&str, &str)> = Vec::new();
-        if nested.is_empty() && properties.is_given("max_depth") {
+        if !is_nested && properties.is_given("max_depth") {
             given.push(("max_depth", "max_depth"));
         }
         for (name, value) in properties.texts(is_cache_parameter) {
@@ -81,6 +75,34 @@ impl<'a> Builder<'a> {
             }
         }
         settings
+    }
+
+    /// `gridcache` by itself or around a path tracer.
+    fn gridcache(&mut self, properties: &Properties<'a>) -> IntegratorSettings {
+        let (inner, _) = self.path_inside(properties);
+        let mut settings = IntegratorSettings { kind: IntegratorKind::GridCache, ..inner };
+        properties.ignore(&GRID_PARAMETERS.iter().map(|p| p.name).collect::<Vec<_>>());
+        for (name, value) in properties.texts(|name| GridParameter::named(name).is_some()) {
+            let Some(parameter) = GridParameter::named(name) else { continue };
+            if let Err(error) = parameter.set(&mut settings.grid, &value) {
+                cannot_be(properties, name, &value, error);
+            }
+        }
+        settings
+    }
+
+    /// The path tracer that an integrator stands around, or what its own parameters say of one;
+    /// and whether there is a nested one.
+    fn path_inside(&mut self, properties: &Properties<'a>) -> (IntegratorSettings, bool) {
+        let nested = self.nested(properties, Tag::Integrator);
+        if let Some((second, _)) = nested.get(1) {
+            let message = format!("\"{}\" takes one nested integrator", properties.plugin());
+            self.log.error(second.span, message, None);
+        }
+        match nested.first() {
+            Some((_, index)) => (self.integrator(*index).unwrap_or_default(), true),
+            None => (path(properties), false),
+        }
     }
 
     fn aov(&mut self, properties: &Properties<'a>) -> Option<IntegratorSettings> {

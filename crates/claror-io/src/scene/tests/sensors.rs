@@ -1,7 +1,7 @@
 //! Cameras, films, samplers and integrators.
 
 use claror::film::{CropWindow, FilterKind};
-use claror::integrator::{AovKind, IntegratorKind};
+use claror::integrator::{AovKind, GridCacheSettings, IntegratorKind, Interpolation, Quantity};
 use claror::math::{Vec2, Vec3};
 use claror::sampler::SamplerKind;
 use claror::sensor::{Sensor, SensorKind};
@@ -172,6 +172,31 @@ fn integrators_keep_their_parameters() {
     let expected = IntegratorKind::Direct { emitter_samples: 2, bsdf_samples: 2 };
     assert_eq!(scene(direct).tables.integrator.kind, expected);
     assert_eq!(scene("<integrator type=\"depth\"/>").tables.integrator.kind, IntegratorKind::Depth);
+}
+
+/// Alone or around a path tracer.
+#[test]
+fn grids_have_parameters() {
+    let alone = scene(
+        "<integrator type=\"gridcache\"><integer name=\"step\" value=\"5\"/>\
+         <integer name=\"max_depth\" value=\"4\"/>\
+         <string name=\"interpolation\" value=\"ward\"/></integrator>",
+    )
+    .tables
+    .integrator;
+    assert_eq!((alone.kind, alone.max_depth), (IntegratorKind::GridCache, Some(4)));
+    assert_eq!((alone.grid.step, alone.grid.interpolation), (5, Interpolation::Ward));
+    let around = scene(
+        "<integrator type=\"gridcache\"><string name=\"quantity\" value=\"color\"/>\
+         <integer name=\"gather_samples\" value=\"64\"/><integrator type=\"path\">\
+         <integer name=\"max_depth\" value=\"9\"/></integrator></integrator>",
+    )
+    .tables
+    .integrator;
+    assert_eq!((around.kind, around.max_depth), (IntegratorKind::GridCache, Some(9)));
+    assert_eq!((around.grid.quantity, around.grid.gather_samples), (Quantity::Color, 64));
+    let none = scene("<integrator type=\"gridcache\"/>").tables.integrator;
+    assert_eq!(none.grid, GridCacheSettings::default());
 }
 
 #[test]

@@ -25,16 +25,16 @@ use crate::spectrum::Rgb;
 
 /// A point of a surface at which a record is wanted.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub(super) si: SurfaceInteraction,
+pub(in crate::integrator) struct Place {
+    pub(in crate::integrator) si: SurfaceInteraction,
     /// Side of a pixel there, scene units: the whole way from the eye, mirrors unfolded.
-    pub(super) footprint: f32,
+    pub(in crate::integrator) footprint: f32,
     /// Identifies the record, and its random numbers.
-    pub(super) key: u64,
+    pub(in crate::integrator) key: u64,
 }
 
 /// Makes records: everything that they have in common.
-pub(super) struct Gatherer<'a> {
+pub(in crate::integrator) struct Gatherer<'a> {
     pub(super) scene: &'a Scene,
     settings: &'a IntegratorSettings,
     hash: Option<&'a IrradianceHash>,
@@ -64,7 +64,7 @@ const AMBIENT_RANGE: f32 = 64.0;
 const FAR: f32 = 10.0;
 
 impl<'a> Gatherer<'a> {
-    pub(super) fn new(
+    pub(in crate::integrator) fn new(
         scene: &'a Scene,
         settings: &'a IntegratorSettings,
         hash: Option<&'a IrradianceHash>,
@@ -113,6 +113,12 @@ impl<'a> Gatherer<'a> {
         let radii = self.radii(&estimates, place.footprint);
         let record = estimates.record(place.key, place.si.p, &frame, &radii);
         record.is_valid().then_some(record)
+    }
+
+    /// Irradiance at a place by one batch of rays, W·m⁻²; `None` where it would be chance.
+    pub(in crate::integrator) fn irradiance(&self, place: &Place, rays: &mut u64) -> Option<Rgb> {
+        let frame = Frame::from_normal(lit_normal(&place.si));
+        Some(self.hemisphere(place, &frame, 0, rays)?.irradiance())
     }
 
     fn radii(&self, estimates: &Estimates, footprint: f32) -> Radii {

@@ -15,7 +15,7 @@
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
 
 mod file;
-mod gather;
+pub(super) mod gather;
 mod hash;
 mod inspect;
 mod parameters;
@@ -30,9 +30,7 @@ mod tests;
 mod visible;
 
 pub use file::CacheContents;
-pub use parameters::{
-    ALIASES, CacheAlias, CacheParameter, PARAMETERS, ParameterError, is_cache_parameter,
-};
+pub use parameters::{ALIASES, CacheAlias, CacheParameter, PARAMETERS, is_cache_parameter};
 pub use prepass::{CacheStatistics, IsCancelled};
 pub use probe::{Cause, Probe, ProbeSettings};
 pub use settings::{Bounces, IrrCacheSettings};
@@ -43,7 +41,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
 use crate::math::{Bounds3, Ray};
 use crate::scene::Scene;
-pub(super) use hash::{IrradianceHash, direct_light};
+pub(super) use hash::{IrradianceHash, direct_light, lit_normal};
 
 /// What a render asked of its cache.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -152,7 +150,7 @@ fn with_slack(bounds: Bounds3) -> Bounds3 {
 }
 
 /// Names the record of a pixel. Ascends in raster order.
-fn pixel_key(x: u32, y: u32) -> u64 {
+pub(super) fn pixel_key(x: u32, y: u32) -> u64 {
     u64::from(y) << 32 | u64::from(x)
 }
 

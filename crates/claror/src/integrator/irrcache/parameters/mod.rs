@@ -6,127 +6,18 @@ mod table;
 
 use super::IrrCacheSettings;
 use crate::integrator::IntegratorSettings;
+use crate::integrator::parameter::{Field, Parameter, ParameterError};
 pub use aliases::{ALIASES, CacheAlias};
 use aliases::{Meaning, same_name};
 pub use table::PARAMETERS;
 
 /// One parameter of [`IrrCacheSettings`].
-#[derive(Debug, Clone, Copy)]
-pub struct CacheParameter {
-    /// As scene files and the command line call it.
-    pub name: &'static str,
-    /// Unit; empty for words and switches, 1 for plain numbers.
-    pub unit: &'static str,
-    /// What it does, one line.
-    pub doc: &'static str,
-    /// Whether records that were made with another value are other records.
-    pub changes_records: bool,
-    field: Field,
-}
-
-/// Where a parameter is, and what it can be.
-#[derive(Debug, Clone, Copy)]
-enum Field {
-    Number {
-        expected: &'static str,
-        is_good: fn(f32) -> bool,
-        get: fn(&IrrCacheSettings) -> f32,
-        set: fn(&mut IrrCacheSettings, f32),
-    },
-    Count {
-        least: u32,
-        most: u32,
-        get: fn(&IrrCacheSettings) -> u32,
-        set: fn(&mut IrrCacheSettings, u32),
-    },
-    Switch {
-        get: fn(&IrrCacheSettings) -> bool,
-        set: fn(&mut IrrCacheSettings, bool),
-    },
-    Word {
-        words: fn() -> Vec<&'static str>,
-        get: fn(&IrrCacheSettings) -> &'static str,
-        /// By place among the words.
-        set: fn(&mut IrrCacheSettings, usize),
-    },
-}
-
-/// Why a parameter cannot be set.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ParameterError {
-    /// No such name.
-    #[error("there is no parameter `{0}`")]
-    Unknown(String),
-    /// Not a value of this parameter.
-    #[error("expected {expected}")]
-    Value {
-        /// What can be.
-        expected: String,
-        /// All values, where they are words.
-        words: Vec<&'static str>,
-    },
-    /// What another program does and this one does not.
-    #[error("{0}")]
-    Refused(&'static str),
-}
+pub type CacheParameter = Parameter<IrrCacheSettings>;
 
 impl CacheParameter {
     /// The parameter of this name, capitals and underscores aside.
     pub fn find(name: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|parameter| same_name(parameter.name, name))
-    }
-
-    /// The value in force, as text that [`CacheParameter::set`] reads.
-    pub fn get(&self, settings: &IrrCacheSettings) -> String {
-        match self.field {
-            Field::Number { get, .. } => get(settings).to_string(),
-            Field::Count { get, .. } => get(settings).to_string(),
-            Field::Switch { get, .. } => get(settings).to_string(),
-            Field::Word { get, .. } => get(settings).to_owned(),
-        }
-    }
-
-    /// Sets the value from text.
-    pub fn set(&self, settings: &mut IrrCacheSettings, value: &str) -> Result<(), ParameterError> {
-        let value = value.trim();
-        let wrong = || ParameterError::Value { expected: self.expected(), words: self.words() };
-        match self.field {
-            Field::Number { is_good, set, .. } => {
-                let number = value.parse().ok().filter(|&number| is_good(number));
-                set(settings, number.ok_or_else(wrong)?);
-            }
-            Field::Count { least, most, set, .. } => {
-                let count = value.parse().ok().filter(|count| (least..=most).contains(count));
-                set(settings, count.ok_or_else(wrong)?);
-            }
-            Field::Switch { set, .. } => match value {
-                "true" | "yes" | "1" => set(settings, true),
-                "false" | "no" | "0" => set(settings, false),
-                _ => return Err(wrong()),
-            },
-            Field::Word { words, set, .. } => {
-                let at = words().iter().position(|word| word.eq_ignore_ascii_case(value));
-                set(settings, at.ok_or_else(wrong)?);
-            }
-        }
-        Ok(())
-    }
-
-    /// What can be its value, in words.
-    pub fn expected(&self) -> String {
-        match self.field {
-            Field::Number { expected, .. } => expected.to_owned(),
-            Field::Count { least, most, .. } => format!("a whole number from {least} to {most}"),
-            Field::Switch { .. } => "true or false".to_owned(),
-            Field::Word { words, .. } => format!("one of {}", words().join(", ")),
-        }
-    }
-
-    fn words(&self) -> Vec<&'static str> {
-        match self.field {
-            Field::Word { words, .. } => words(),
-            _ => Vec::new(),
-        }
     }
 }
 

@@ -283,17 +283,20 @@ const fn number(
     is_good: fn(f32) -> bool,
     get: fn(&IrrCacheSettings) -> f32,
     set: fn(&mut IrrCacheSettings, f32),
-) -> Field {
+) -> Field<IrrCacheSettings> {
     Field::Number { expected, is_good, get, set }
 }
 
-const fn positive(get: fn(&IrrCacheSettings) -> f32, set: fn(&mut IrrCacheSettings, f32)) -> Field {
+const fn positive(
+    get: fn(&IrrCacheSettings) -> f32,
+    set: fn(&mut IrrCacheSettings, f32),
+) -> Field<IrrCacheSettings> {
     number("a number above 0", |v| v > 0.0 && v.is_finite(), get, set)
 }
 
 const fn not_negative(
     get: fn(&IrrCacheSettings) -> f32,
     set: fn(&mut IrrCacheSettings, f32),
-) -> Field {
+) -> Field<IrrCacheSettings> {
     number("a number of at least 0", |v| v >= 0.0 && v.is_finite(), get, set)
 }

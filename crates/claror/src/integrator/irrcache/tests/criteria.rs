@@ -11,7 +11,7 @@ fn queries(scene: &Scene, pixels: u32) -> Vec<Query> {
     let at = |i: u32| Vec2::new((i % pixels) as f32 + 0.41, (i / pixels) as f32 + 0.73);
     let seen = (0..pixels * pixels).filter_map(|i| {
         let si = scene.intersect(&camera.ray(at(i), Vec2::splat(0.5)))?;
-        let n = hash::lit_normal(&si);
+        let n = lit_normal(&si);
         Some(Query { p: si.p, n_smooth: n, n_shading: n })
     });
     seen.collect()
@@ -110,7 +110,7 @@ fn finer_caches_converge_to_paths() {
         for (ray, probe) in &points {
             let mut chain = Sampler::new(&streams, (0, 0), 0);
             let query = prepass::first_diffuse(reference, *ray, &mut chain).map(|seen| {
-                let n = hash::lit_normal(&seen.si);
+                let n = lit_normal(&seen.si);
                 Query { p: seen.si.p, n_smooth: n, n_shading: n }
             });
             let Some(found) = caches[i].lookup(&query.expect("as before")) else { continue };

@@ -62,7 +62,7 @@ fn walls_of_a_millimetre_are_tight() {
     for pixel in 0..32 * 32 {
         let film = Vec2::new((pixel % 32) as f32 + 0.5, (pixel / 32) as f32 + 0.5);
         let Some(si) = lit.intersect(&camera.ray(film, Vec2::splat(0.5))) else { continue };
-        let n = hash::lit_normal(&si);
+        let n = lit_normal(&si);
         let query = Query { p: si.p, n_smooth: n, n_shading: n };
         let found = caches
             .each_ref()
