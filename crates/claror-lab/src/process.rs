@@ -1,7 +1,7 @@
 //! The renderer as a process of its own, so that time and memory are its own.
 
 use std::io::{self, BufRead, BufReader, Read};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -44,6 +44,8 @@ impl Finished {
     pub(crate) fn message(&self) -> String {
         let said = self.stderr.trim();
         let said = said.strip_prefix("error: ").unwrap_or(said);
+        // What follows after a mistake in the options is of no use here.
+        let said = said.split("\n\nUsage:").next().unwrap_or(said);
         match (said, self.code) {
             ("", Some(code)) => format!("exit code {code} without a message"),
             ("", None) => "it was killed by a signal, perhaps for want of memory".to_owned(),
@@ -92,7 +94,7 @@ pub(crate) fn run(command: &[String], watching: &dyn Watching) -> io::Result<Fin
     };
     let (used, stopped) = wait(child, watching, &show)?;
     Ok(Finished {
-        code: code(used.status),
+        code: used.status.code(),
         events: events.and_then(|thread| thread.join().ok()).unwrap_or_default(),
         stderr: stderr.and_then(|thread| thread.join().ok()).unwrap_or_default(),
         cpu_seconds: (used.rusage.utime + used.rusage.stime).as_secs_f64(),
@@ -161,10 +163,6 @@ fn ask_to_stop(child: &mut Child) {
 #[cfg(not(unix))]
 fn ask_to_stop(child: &mut Child) {
     let _ = child.kill();
-}
-
-fn code(status: ExitStatus) -> Option<i32> {
-    status.code()
 }
 
 #[cfg(all(test, unix))]

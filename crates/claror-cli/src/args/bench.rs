@@ -72,8 +72,8 @@ pub(crate) struct ChangeArgs {
     )]
     pub(crate) threads: Option<u16>,
     /// Multiply the times of equal-time comparisons
-    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = units::parse_positive)]
-    pub(crate) time_scale: f32,
+    #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_factor)]
+    pub(crate) time_scale: f64,
 }
 
 /// What pictures are compared with.
@@ -113,6 +113,13 @@ pub(crate) struct SceneArgs {
 fn parse_size(text: &str) -> Result<Size, String> {
     let (width, height) = units::parse_size(text)?;
     Ok(Size([width, height]))
+}
+
+fn parse_factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(factor) if factor > 0.0 && factor.is_finite() => Ok(factor),
+        _ => Err("expected a number larger than 0".to_owned()),
+    }
 }
 
 fn notes() -> String {

@@ -87,7 +87,7 @@ fn options(args: &BenchArgs) -> Result<Options, Failure> {
         scenes: args.scenes.clone(),
         scene_arguments,
         folder: args.out.clone().unwrap_or_default(),
-        time_scale: f64::from(args.changes.time_scale),
+        time_scale: args.changes.time_scale,
         reference: reference.and_then(|files| <[PathBuf; 2]>::try_from(files).ok()),
         references: references(args)?,
         command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
