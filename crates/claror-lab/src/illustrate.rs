@@ -23,13 +23,17 @@ enum Look {
     Magnitude,
 }
 
-/// Layers of the program, and what they show.
-const LAYERS: [(&str, &str, Look); 4] = [
+/// A layer of the program, what it shows, and how.
+type Shown = (&'static str, &'static str, Look);
+
+const LAYERS: [Shown; 4] = [
     ("irradiance", "irradiance", Look::Light),
     ("harmonic_mean_distance", "harmonic mean distance", Look::Magnitude),
     ("record_radius", "radii of the records", Look::Magnitude),
     ("record_count", "records per point", Look::Magnitude),
 ];
+const POINTS: &str = "records.png";
+const LAYERS_FILE: &str = "layers.exr";
 const NOTE: &str = "illustrations.json";
 /// Share of the pixels that a scale of false colours covers.
 const COVERED: f64 = 0.99;
@@ -48,22 +52,30 @@ pub(crate) fn obtain(
     if let Some(found) = read_json(&folder.join(NOTE)) {
         return Ok(Ok(found));
     }
-    let has_cache = run.parameters.get("integrator.type").is_some_and(|name| name == "irrcache");
-    if lab.options.report_only || !has_cache {
+    let integrator = run.parameters.get("integrator.type").map(String::as_str);
+    let shown = match integrator {
+        Some("irrcache") => &LAYERS[..],
+        // Its points can be drawn, but they hold no layers.
+        Some("gridcache") => &[],
+        _ => return Ok(Ok(Vec::new())),
+    };
+    if lab.options.report_only {
         return Ok(Ok(Vec::new()));
     }
     if lab.watch.cancelled() {
         return Err(LabError::Interrupted);
     }
     std::fs::create_dir_all(&folder).map_err(LabError::file("cannot make folder", &folder))?;
-    let layers = folder.join("layers.exr");
-    let points = folder.join("records.png");
+    let layers = folder.join(LAYERS_FILE);
+    let points = folder.join(POINTS);
     let scene = &lab.scenes[job.scene];
     let mut command = lab.command(scene, &arguments(lab.options, scene, job));
-    let names: Vec<&str> = LAYERS.iter().map(|layer| layer.0).collect();
-    let more = ["--aov", &names.join(","), "--show-points", &text(&points), "--json", "-o"];
-    command.extend(more.map(str::to_owned));
-    command.push(text(&layers));
+    if !shown.is_empty() {
+        let names: Vec<&str> = shown.iter().map(|layer| layer.0).collect();
+        command.extend(["--aov".to_owned(), names.join(",")]);
+    }
+    let files = ["--show-points", &text(&points), "-o", &text(&layers), "--json"];
+    command.extend(files.map(str::to_owned));
     let finished = lab.process(&command, &layers, &|_| {})?;
     if finished.stopped {
         return Err(LabError::Interrupted);
@@ -71,23 +83,32 @@ pub(crate) fn obtain(
     if finished.code != Some(0) {
         return Ok(Err(format!("further pictures: {}", finished.message())));
     }
-    let relative = |path: &Path| path.strip_prefix(lab.folder.root()).unwrap_or(path).to_owned();
-    let mut found = Vec::new();
-    if points.is_file() {
-        found.push(Illustration { title: "records".to_owned(), picture: relative(&points) });
-    }
-    for (layer, title, look) in LAYERS {
-        match paint(&layers, layer, look, &folder) {
-            Ok(picture) => {
-                found.push(Illustration { title: title.to_owned(), picture: relative(&picture) });
-            }
-            Err(message) => return Ok(Err(format!("picture of the {title}: {message}"))),
+    match paint_all(lab.folder.root(), &folder, shown) {
+        Ok(found) => {
+            // Only what is shown is kept.
+            let _ = std::fs::remove_file(&layers);
+            write_json(&folder.join(NOTE), &found)?;
+            Ok(Ok(found))
         }
+        Err(message) => Ok(Err(message)),
     }
-    // Only what is shown is kept.
-    let _ = std::fs::remove_file(&layers);
-    write_json(&folder.join(NOTE), &found)?;
-    Ok(Ok(found))
+}
+
+/// Pictures of the points and of the layers in a folder, with paths relative to `root`.
+fn paint_all(root: &Path, folder: &Path, shown: &[Shown]) -> Result<Vec<Illustration>, String> {
+    let relative = |path: &Path| path.strip_prefix(root).unwrap_or(path).to_owned();
+    let mut found = Vec::new();
+    let points = folder.join(POINTS);
+    if points.is_file() {
+        let title = if shown.is_empty() { "grid points" } else { "records" };
+        found.push(Illustration { title: title.to_owned(), picture: relative(&points) });
+    }
+    for &(layer, title, look) in shown {
+        let picture = paint(&folder.join(LAYERS_FILE), layer, look, folder)
+            .map_err(|message| format!("picture of the {title}: {message}"))?;
+        found.push(Illustration { title: title.to_owned(), picture: relative(&picture) });
+    }
+    Ok(found)
 }
 
 /// Writes a layer of a file as PNG.

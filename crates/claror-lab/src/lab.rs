@@ -377,7 +377,8 @@ fn measurement(finished: &Finished, result: &Value) -> Measurement {
         peak_memory_bytes: result["peak_memory_bytes"]
             .as_u64()
             .unwrap_or(finished.peak_memory_bytes),
-        records: result["cache"]["records"].as_u64(),
+        // The points of a grid are what records are to a cache.
+        records: result["cache"]["records"].as_u64().or(result["grid"]["points"].as_u64()),
         spp: result["mean_spp"].as_f64().unwrap_or_else(|| number(&result["spp"])),
         rays: result["rays"].as_u64().unwrap_or(0),
         parameters: parameters.collect(),
