@@ -131,65 +131,73 @@ impl Contestant<'_> {
         range: Range,
         seconds: f64,
     ) -> Result<Option<usize>, LabError> {
-        let knob = self.contender.knob.as_ref().map(|knob| full_name(knob.get_ref()));
-        let knob = knob.unwrap_or_default();
-        let short = knob.strip_prefix("integrator.").unwrap_or(&knob).to_owned();
-        let choice_of = |value: f64| {
-            let mut choice = self.choice();
-            choice.set.set(&knob, Scalar(value.to_string()));
-            choice
-        };
-        let label_of = |value: f64| format!("{short}={value}");
         let first = self.lab.options.plan.plan.seeds[0];
         let mut here: Vec<(f64, usize)> = Vec::new();
-        for _ in 0..PROBES {
-            let known = self.known(contest, &label_of(0.0));
-            let Some(value) = range.next(&known, seconds) else { break };
-            let job = self.job(&label_of(value), &choice_of(value), first);
+        let mut failed = false;
+        while here.len() < PROBES && !failed {
+            let Some(value) = range.next(&self.known(contest), seconds) else { break };
+            let job = self.job(&self.label(value), &self.choice_of(value), first);
             let result = self.obtain(&job)?;
-            let failed = result.is_err();
-            let note = PROBE.to_owned();
-            let results = vec![(Some(job), result)];
-            contest.settings.push(Tried { label: label_of(value), note, seconds, results });
+            failed = result.is_err();
+            let (label, note) = (self.label(value), PROBE.to_owned());
+            contest.settings.push(Tried {
+                label,
+                note,
+                seconds,
+                results: vec![(Some(job), result)],
+            });
             here.push((value, contest.settings.len() - 1));
-            if failed {
-                break;
-            }
         }
-        let known = self.known(contest, &label_of(0.0));
-        let Some(best) = Range::best(&known, seconds) else {
-            let message = format!(
-                "no {short} between {} and {} takes {seconds} s or less",
-                range.fast, range.slow
-            );
-            let (label, note) = (format!("{seconds} s"), String::new());
-            let results = vec![(None, Err(message))];
-            // One failure per reason is enough.
-            if contest.settings.iter().all(|tried| tried.results.iter().all(|(_, r)| r.is_ok())) {
+        let Some(best) = Range::best(&self.known(contest), seconds) else {
+            // A run that failed has said why.
+            if !failed {
+                let (knob, ends) = (self.knob().1, (range.fast, range.slow));
+                let message = format!(
+                    "no {knob} between {} and {} takes {seconds} s or less",
+                    ends.0, ends.1
+                );
+                let (label, note) = (format!("{seconds} s"), String::new());
+                let results = vec![(None, Err(message))];
                 contest.settings.push(Tried { label, note, seconds, results });
             }
             return Ok(None);
         };
+        let found = here.iter().find(|(value, _)| *value == best).map(|(_, index)| *index);
         // A value that was tried for another time is a setting of its own here.
-        let index = here.iter().find(|(value, _)| *value == best).map_or_else(
-            || {
-                let (label, note) = (label_of(best), String::new());
-                contest.settings.push(Tried { label, note, seconds, results: Vec::new() });
-                contest.settings.len() - 1
-            },
-            |(_, index)| *index,
-        );
+        let index = found.unwrap_or_else(|| {
+            let (label, note) = (self.label(best), String::new());
+            contest.settings.push(Tried { label, note, seconds, results: Vec::new() });
+            contest.settings.len() - 1
+        });
         let tried = &mut contest.settings[index];
         tried.note = String::new();
-        self.complete(tried, &choice_of(best))?;
+        self.complete(tried, &self.choice_of(best))?;
         Ok(Some(index))
     }
 
+    /// Full and short name of the parameter that is searched.
+    fn knob(&self) -> (String, String) {
+        let given = self.contender.knob.as_ref().map_or("", |knob| knob.get_ref());
+        let full = full_name(given);
+        let short = full.strip_prefix("integrator.").unwrap_or(&full).to_owned();
+        (full, short)
+    }
+
+    fn label(&self, value: f64) -> String {
+        format!("{}={value}", self.knob().1)
+    }
+
+    fn choice_of(&self, value: f64) -> Choice {
+        let mut choice = self.choice();
+        choice.set.set(&self.knob().0, Scalar(value.to_string()));
+        choice
+    }
+
     /// Values of the knob that were tried, with the seconds of rendering.
-    fn known(&self, contest: &Contest, pattern: &str) -> Vec<(f64, f64)> {
-        let prefix = pattern.trim_end_matches('0');
+    fn known(&self, contest: &Contest) -> Vec<(f64, f64)> {
+        let prefix = format!("{}=", self.knob().1);
         let of = |tried: &Tried| {
-            let value = tried.label.strip_prefix(prefix)?.parse().ok()?;
+            let value = tried.label.strip_prefix(&prefix)?.parse().ok()?;
             let (_, result) = tried.results.first()?;
             Some((value, result.as_ref().ok()?.seconds))
         };
