@@ -38,7 +38,9 @@ impl Snapshot {
     /// Time left: what the worker says, else by the rule of three once there is enough to go by.
     fn remaining(&self, elapsed: Duration) -> Option<Duration> {
         self.remaining.or_else(|| {
-            let done = self.fraction.filter(|f| *f > 0.001 && *f <= 1.0)?;
+            // Parts of unequal length: only the worker knows.
+            let done = self.fraction.filter(|_| self.task.is_none());
+            let done = done.filter(|f| *f > 0.001 && *f <= 1.0)?;
             Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - done) / done).ok()
         })
     }
@@ -341,6 +343,13 @@ mod tests {
     fn the_worker_knows_better_when_it_will_stop() {
         let clocked = Snapshot { remaining: Some(Duration::from_secs(5)), ..snapshot() };
         assert_eq!(clocked.remaining(Duration::from_secs(10)), Some(Duration::from_secs(5)));
+    }
+
+    #[test]
+    fn parts_of_unequal_length_predict_nothing() {
+        let part = Snapshot { task: Some("run 1 of 4".to_owned()), ..snapshot() };
+        assert_eq!(part.remaining(Duration::from_secs(10)), None);
+        assert!(part.line(Duration::from_secs(10)).starts_with("run 1 of 4,  25 %, 10 s, 3.00"));
     }
 
     #[test]

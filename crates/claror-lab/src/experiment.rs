@@ -135,13 +135,14 @@ fn illustrate_all(
     let first = wanted.flat_map(|series| &series.settings).filter_map(|(_, jobs)| jobs.first());
     let first: Vec<&Job> = first.collect();
     let mut found = BTreeMap::new();
+    let seconds = |job: &&Job| results.get(&job.id)?.as_ref().ok().map(|run| run.process_seconds);
     for (at, job) in first.iter().enumerate() {
         let Some(Ok(run)) = results.get(&job.id) else { continue };
         if !lab.options.report_only {
             lab.watch.progress(&Progress {
                 task: format!("pictures {} of {}: {}", at + 1, first.len(), job.label),
                 fraction: Some(at as f64 / first.len() as f64),
-                remaining: None,
+                remaining: Some(first[at..].iter().filter_map(seconds).sum()),
             });
         }
         found.insert(job.id.clone(), illustrate::obtain(lab, job, run)?);

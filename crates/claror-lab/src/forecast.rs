@@ -26,9 +26,34 @@ impl Forecast {
     }
 }
 
+/// How long one process will take that says how far it is. It may have begun in the middle.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pace {
+    /// When something was heard first, seconds, and the share then.
+    first: Option<(f64, f64)>,
+}
+
+impl Pace {
+    /// Seconds that the rest of the process takes and another whole one would take, as it was
+    /// since the first share that was heard.
+    pub(crate) fn rest_and_whole(&mut self, now: f64, share: f64) -> Option<(f64, f64)> {
+        let (start, first) = *self.first.get_or_insert((now, share));
+        let whole = (now - start) / (share - first);
+        (share > first).then_some(((1.0 - share) * whole, whole))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pace_counts_from_where_it_began() {
+        let mut pace = Pace::default();
+        assert_eq!(pace.rest_and_whole(1.0, 0.5), None);
+        assert_eq!(pace.rest_and_whole(2.0, 0.5), None);
+        assert_eq!(pace.rest_and_whole(3.0, 0.75), Some((2.0, 8.0)));
+    }
 
     #[test]
     fn known_settings_take_as_long_as_before() {

@@ -1,13 +1,16 @@
 //! References: two independent halves by path tracing, made once and kept for later experiments.
 
+use std::cell::Cell;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::error::LabError;
 use crate::folder::{read_json, write_json};
+use crate::forecast::Pace;
 use crate::lab::{Lab, Options, Progress, SceneInfo, text};
 use crate::measure::{self, ReferencePicture};
 use crate::plan::{SEED_LIMIT, Scalar};
@@ -205,14 +208,22 @@ fn half(lab: &Lab, scene: &SceneInfo, folder: &Path, index: usize) -> Result<Hal
     let checkpoint = folder.join(format!("half-{}.ckpt", index + 1));
     let spent_file = folder.join(format!("half-{}.spent.json", index + 1));
     let command = command(lab, scene, index, &picture, &checkpoint);
+    let (start, pace) = (Instant::now(), Cell::new(Pace::default()));
     let show = |fraction: f64| {
+        let mut current = pace.get();
+        let times = current.rest_and_whole(start.elapsed().as_secs_f64(), fraction);
+        pace.set(current);
         lab.watch.progress(&Progress {
             task: format!("reference of {}, half {} of 2", scene.name, index + 1),
-            fraction: Some(fraction),
-            remaining: None,
+            fraction: Some((index as f64 + fraction) / 2.0),
+            remaining: times.map(|(rest, whole)| rest + (1 - index) as f64 * whole),
         });
     };
-    show(0.0);
+    lab.watch.progress(&Progress {
+        task: format!("reference of {}", scene.name),
+        fraction: None,
+        remaining: None,
+    });
     let mut again = true;
     loop {
         let made = lab.process(&command, &picture, &show)?;
