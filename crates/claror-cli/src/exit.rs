@@ -32,8 +32,8 @@ Exit codes:
   3    scene: the scene file says something wrong or unsupported
   4    file: missing, unreadable, malformed or not writable
   5    memory or device: more memory than allowed or available, or no thread can be started
-  6    check failed: `compare --fail-above` found a larger difference, or a verification refuted
-       what is claimed of the picture
+  6    check failed: `compare --fail-above` found a larger difference, a verification refuted
+       what is claimed of the picture, or runs of `bench` failed
   7    mismatch: the checkpoint or cache belongs to another scene or to other parameters
   70   a bug in claror
   130  interrupted: Ctrl-C or SIGTERM; the picture so far and the checkpoint are written";

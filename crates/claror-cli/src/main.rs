@@ -59,6 +59,7 @@ fn dispatch(command: Command, console: &mut Console) -> Result<Exit, Failure> {
         Command::Info(args) => return run::info::run(&args, console),
         Command::Check(args) => return run::check::run(&args, console),
         Command::Compare(args) => return run::compare::run(&args, console),
+        Command::Bench(args) => return run::bench::run(&args, console),
         Command::Cache(command) => return run::cache::run(&command, console),
         Command::Completions(args) => run::documents::completions(&args, console),
         Command::Man(args) => run::documents::man(args, console),

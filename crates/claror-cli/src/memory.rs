@@ -78,8 +78,19 @@ fn available() -> Option<u64> {
     }
 }
 
+/// Most memory that the program has held so far, bytes, as Linux tells it. Unlike what a parent
+/// process learns it does not count what that parent held when it started the program.
+pub(crate) fn peak() -> Option<u64> {
+    std::fs::read_to_string("/proc/self/status").ok().and_then(|t| kibibytes(&t, "VmHWM:"))
+}
+
 fn mem_available(meminfo: &str) -> Option<u64> {
-    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    kibibytes(meminfo, "MemAvailable:")
+}
+
+/// The number of bytes in the line that starts with `name`.
+fn kibibytes(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok().map(|kib| kib << 10)
 }
 

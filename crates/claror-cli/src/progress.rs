@@ -28,6 +28,8 @@ pub(crate) struct Snapshot {
     pub(crate) error: Option<f64>,
     /// Samples per pixel done, and to do if that is known.
     pub(crate) samples: Option<(u32, Option<u32>)>,
+    /// What is done now, if the phase has parts.
+    pub(crate) task: Option<String>,
     /// Time left as the worker knows it, when it stops by the clock.
     pub(crate) remaining: Option<Duration>,
 }
@@ -36,14 +38,17 @@ impl Snapshot {
     /// Time left: what the worker says, else by the rule of three once there is enough to go by.
     fn remaining(&self, elapsed: Duration) -> Option<Duration> {
         self.remaining.or_else(|| {
-            let done = self.fraction.filter(|f| *f > 0.001 && *f <= 1.0)?;
+            // Parts of unequal length: only the worker knows.
+            let done = self.fraction.filter(|_| self.task.is_none());
+            let done = done.filter(|f| *f > 0.001 && *f <= 1.0)?;
             Duration::try_from_secs_f64(elapsed.as_secs_f64() * (1.0 - done) / done).ok()
         })
     }
 
     /// `42 %, 12 s, 17 s left, 3.21 Mrays/s, error 0.0123, 64/256 spp`.
     fn line(&self, elapsed: Duration) -> String {
-        let mut parts = Vec::new();
+        let mut parts: Vec<String> = Vec::new();
+        parts.extend(self.task.clone());
         if let Some(fraction) = self.fraction {
             parts.push(format!("{:3.0} %", (fraction * 100.0).floor()));
         }
@@ -76,6 +81,7 @@ impl Snapshot {
             "rays": self.rays,
             "rays_per_second": self.rays as f64 / elapsed.as_secs_f64().max(1e-9),
             "error": self.error,
+            "task": self.task,
             "spp": self.samples.map(|(done, _)| done),
         })
     }
@@ -154,6 +160,16 @@ impl<'a> Phase<'a> {
             self.console.warning(report);
         } else if self.console.verbosity > Verbosity::Quiet {
             self.lock().lines.push(report.render(self.console.colour));
+        }
+    }
+
+    /// Tells of a part that is done: a line of its own where there is no bar.
+    pub(crate) fn say(&self, line: &str) {
+        if self.console.json {
+            let done = json!({ "event": "progress", "phase": self.name, "done": line });
+            self.console.event(&done);
+        } else if self.console.verbosity > Verbosity::Quiet && !self.console.interactive {
+            self.lock().lines.push(line.to_owned());
         }
     }
 
@@ -327,6 +343,13 @@ mod tests {
     fn the_worker_knows_better_when_it_will_stop() {
         let clocked = Snapshot { remaining: Some(Duration::from_secs(5)), ..snapshot() };
         assert_eq!(clocked.remaining(Duration::from_secs(10)), Some(Duration::from_secs(5)));
+    }
+
+    #[test]
+    fn parts_of_unequal_length_predict_nothing() {
+        let part = Snapshot { task: Some("run 1 of 4".to_owned()), ..snapshot() };
+        assert_eq!(part.remaining(Duration::from_secs(10)), None);
+        assert!(part.line(Duration::from_secs(10)).starts_with("run 1 of 4,  25 %, 10 s, 3.00"));
     }
 
     #[test]

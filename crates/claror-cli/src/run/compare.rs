@@ -8,7 +8,7 @@ use claror::image::Image;
 use claror_io::Limits;
 use claror_io::compare::{
     CompareError, ErrorMeasure, FlipOptions, FlipResult, Metrics, error_picture, flip, magma,
-    metrics,
+    metrics, ssim,
 };
 use claror_io::image::{self, BitDepth, Format, Layer, WriteError};
 use serde_json::json;
@@ -34,8 +34,8 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<Exit, Failure
         write(path, format, &image)?;
     }
     phase.finish();
-    let values = values(&result.0, &result.1);
-    show(args, console, &result.0, &values);
+    let values = values(&result.0, &result.1, result.2);
+    show(args, console, &result.0, result.2, &values);
     judge(args, &result.0, &values)
 }
 
@@ -55,24 +55,17 @@ fn read(path: &Path, layer: Option<&str>) -> Result<Image, Failure> {
         Some(layer) => image::read_layer(path, layer, &limits)?,
         None => image::read(path, &limits)?,
     };
-    let mut image = decoded.image;
-    if decoded.is_srgb_encoded {
-        let colours =
-            if image.channels.is_multiple_of(2) { image.channels - 1 } else { image.channels };
-        for pixel in image.data.chunks_exact_mut(image.channels.max(1)) {
-            pixel[..colours].iter_mut().for_each(|v| *v = image::srgb_to_linear(*v));
-        }
-    }
-    Ok(image)
+    Ok(decoded.into_linear())
 }
 
 fn measure(
     picture: &Image,
     reference: &Image,
     exposure: f32,
-) -> Result<(Metrics, FlipResult), CompareError> {
+) -> Result<(Metrics, FlipResult, f64), CompareError> {
     let options = FlipOptions { exposure, ..FlipOptions::default() };
-    Ok((metrics(picture, reference)?, flip(picture, reference, &options)?))
+    let metrics = metrics(picture, reference)?;
+    Ok((metrics, flip(picture, reference, &options)?, ssim(picture, reference)?))
 }
 
 /// The picture of the difference; sizes were compared before.
@@ -108,7 +101,7 @@ pub(crate) fn write(path: &Path, format: Format, image: &Image) -> Result<(), Fa
 }
 
 /// The measures in the order in which they are shown.
-fn values(metrics: &Metrics, flip: &FlipResult) -> [(Metric, f64); 7] {
+fn values(metrics: &Metrics, flip: &FlipResult, ssim: f64) -> [(Metric, f64); 8] {
     [
         (Metric::Mse, metrics.mse),
         (Metric::Relmse, metrics.rel_mse),
@@ -117,6 +110,7 @@ fn values(metrics: &Metrics, flip: &FlipResult) -> [(Metric, f64); 7] {
         (Metric::Mean, metrics.mean_error),
         (Metric::Max, metrics.max_error),
         (Metric::Flip, flip.mean),
+        (Metric::Dssim, (1.0 - ssim) / 2.0),
     ]
 }
 
@@ -129,6 +123,7 @@ fn name(metric: Metric) -> &'static str {
         Metric::Mean => "mean",
         Metric::Max => "max",
         Metric::Flip => "flip",
+        Metric::Dssim => "dssim",
     }
 }
 
@@ -141,15 +136,23 @@ fn meaning(metric: Metric) -> &'static str {
         Metric::Mean => "mean of a - b",
         Metric::Max => "largest |a - b|",
         Metric::Flip => "visible difference, 0 to 1",
+        Metric::Dssim => "(1 - SSIM) / 2: difference of structure, 0 to 1",
     }
 }
 
-fn show(args: &CompareArgs, console: &Console, metrics: &Metrics, values: &[(Metric, f64)]) {
+fn show(
+    args: &CompareArgs,
+    console: &Console,
+    metrics: &Metrics,
+    ssim: f64,
+    values: &[(Metric, f64)],
+) {
     let (a, b) = (args.picture.display(), args.reference.display());
     console.result(&format!("a = {a}, b = {b}"));
     for (metric, value) in values {
         console.result(&format!("{:15} {value:<14.6e} {}", name(*metric), meaning(*metric)));
     }
+    console.result(&format!("{:15} {ssim:<14.6} structural similarity, 1 is equal", "ssim"));
     let [r, g, b] = metrics.channel_ratio;
     console.result(&format!("{:15} {r:.6} {g:.6} {b:.6}", "a / b per colour"));
     if let Some(path) = &args.error_image {
@@ -161,6 +164,7 @@ fn show(args: &CompareArgs, console: &Console, metrics: &Metrics, values: &[(Met
         "b": args.reference.to_string_lossy(),
         "pixels": metrics.pixels,
         "channel_ratio": metrics.channel_ratio,
+        "ssim": ssim,
         "non_finite_a": metrics.non_finite,
         "non_finite_b": metrics.non_finite_reference,
         "error_image": args.error_image.as_ref().map(|path| path.to_string_lossy()),

@@ -1,5 +1,6 @@
 //! The commands.
 
+pub(crate) mod bench;
 pub(crate) mod cache;
 mod cache_file;
 pub(crate) mod check;

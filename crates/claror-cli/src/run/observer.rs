@@ -109,6 +109,7 @@ impl Observer for Watch<'_> {
     fn progress(&self, progress: &Progress) {
         let elapsed = self.start.elapsed().as_secs_f64();
         self.phase.update(Snapshot {
+            task: None,
             fraction: self.fraction(progress, elapsed),
             rays: progress.rays,
             error: progress.error.map(f64::from),

@@ -396,8 +396,13 @@ fn samples_per_pixel(output: &RenderOutput) -> String {
     if most <= output.spp as f32 {
         return format!("{} spp", output.spp);
     }
-    let mean = counts.iter().map(|&n| f64::from(n)).sum::<f64>() / counts.len() as f64;
-    format!("{} to {most} spp, {mean:.1} on average", output.spp)
+    format!("{} to {most} spp, {:.1} on average", output.spp, mean_spp(output))
+}
+
+/// Samples per pixel, mean over the picture.
+fn mean_spp(output: &RenderOutput) -> f64 {
+    let counts = &output.picture.samples.image.data;
+    counts.iter().map(|&n| f64::from(n)).sum::<f64>() / counts.len().max(1) as f64
 }
 
 /// `64 spp, 1.2 s, 5.31 Mrays/s, estimated error 0.0123; stopped by samples`.
@@ -465,9 +470,11 @@ fn result_event(job: &Job, rendered: &Rendered) -> Value {
         "width": image.width,
         "height": image.height,
         "spp": output.spp,
+        "mean_spp": mean_spp(output),
         "seconds": seconds(elapsed),
         "seconds_by_phase": rendered.times().json(),
         "rays": output.rays,
+        "peak_memory_bytes": memory::peak(),
         "rays_per_second": output.rays as f64 / elapsed.as_secs_f64().max(1e-9),
         "error": output.error.is_finite().then_some(output.error),
         "non_finite_samples": output.non_finite.count,

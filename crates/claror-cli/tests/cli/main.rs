@@ -1,5 +1,6 @@
 //! Tests of the program as a user meets it: the real binary in a fresh folder.
 
+mod bench;
 mod cache;
 #[cfg(unix)]
 mod checkpoint;

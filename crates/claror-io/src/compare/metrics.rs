@@ -6,7 +6,7 @@ use super::{CompareError, check_sizes, colors};
 
 /// Added to squares, and to magnitudes, of the reference before one divides by them, so that
 /// black pixels do not decide everything.
-const EPSILON: f64 = 0.01;
+pub(super) const EPSILON: f64 = 0.01;
 
 /// The share of pixels with the largest errors that the trimmed measure leaves out.
 const TRIMMED: f64 = 0.001;

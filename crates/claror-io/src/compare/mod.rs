@@ -6,13 +6,17 @@
 mod color;
 mod error_picture;
 mod flip;
+mod halves;
 mod metrics;
+mod ssim;
 #[cfg(test)]
 mod tests;
 
 pub use error_picture::{ErrorMeasure, error_picture, magma};
 pub use flip::{FlipOptions, FlipResult, ToneMap, flip};
+pub use halves::{mean_of_halves, rel_mse_from_halves, rel_mse_of_halves};
 pub use metrics::{Metrics, metrics};
+pub use ssim::ssim;
 
 use claror::image::Image;
 use claror::spectrum::Rgb;

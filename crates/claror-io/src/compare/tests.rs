@@ -7,6 +7,9 @@ use super::*;
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 
+/// Of the changed stripes, and of them upside down.
+const SSIM: [f64; 2] = [0.938_178_186, -0.325_219_978];
+
 fn picture(f: impl Fn(usize, usize, usize) -> f32) -> Image {
     let mut image = Image::new(WIDTH, HEIGHT, 3);
     for (i, v) in image.data.iter_mut().enumerate() {
@@ -80,6 +83,51 @@ fn flip_exposure_and_tone_map_act_on_linear_colours() {
     // Both are white without, 5/6 and 9/10 with the tone map.
     assert_eq!(flip(&five, &nine, &FlipOptions::default()).unwrap().mean, 0.0);
     assert!(flip(&five, &nine, &options).unwrap().mean > 0.01);
+}
+
+/// Values of scikit-image 0.26 (`structural_similarity` with Gaussian weights of deviation 1.5 and
+/// the population's covariance), applied to the encoded luminance of [`stripes`].
+#[test]
+fn ssim_agrees_with_another_program() {
+    let (changed, reference) = stripes();
+    let flipped = picture(|x, y, c| changed.pixel(x, HEIGHT - 1 - y)[c]);
+    for (image, wanted) in [(changed, SSIM[0]), (flipped, SSIM[1])] {
+        let got = ssim(&image, &reference).unwrap();
+        assert!((got - wanted).abs() < 1e-5, "{got} is not {wanted}");
+    }
+}
+
+#[test]
+fn ssim_of_flat_pictures_compares_their_means() {
+    let flat = |v: f32| picture(|_, _, _| crate::image::srgb_to_linear(v));
+    let (a, b) = (0.25_f64, 0.75);
+    let wanted = (2.0 * a * b + 1e-4) / (a * a + b * b + 1e-4);
+    let got = ssim(&flat(0.25), &flat(0.75)).unwrap();
+    // Grey is a weighted sum whose weights are rounded, and sRGB is kept in 32 bits.
+    assert!((got - wanted).abs() < 1e-5, "{got} is not {wanted}");
+    let (changed, _) = stripes();
+    assert_eq!(ssim(&changed, &changed), Ok(1.0));
+    // Smaller than a window.
+    let dot = Image { width: 1, height: 1, channels: 1, data: vec![1.0] };
+    assert_eq!(ssim(&dot, &dot), Ok(1.0));
+    let infinite = Image { data: vec![f32::INFINITY], ..dot.clone() };
+    assert!(ssim(&infinite, &dot).unwrap() < 0.01);
+}
+
+#[test]
+fn halves_measure_without_their_own_noise() {
+    let grey = |data: Vec<f32>| Image { width: data.len(), height: 1, channels: 1, data };
+    let (x, a, b) = (grey(vec![1.5, 2.0]), grey(vec![0.5, 2.5]), grey(vec![1.5, 1.5]));
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
+    // (1.5 - 0.5)(1.5 - 1.5) and (2 - 2.5)(2 - 1.5), over r² = 1 and 4.
+    let found = rel_mse_from_halves(&x, [&a, &b]).unwrap();
+    near(found, -0.25 / (4.0 + 0.01) / 2.0);
+    near(rel_mse_of_halves([&a, &b]).unwrap(), (0.25 / 1.01 + 0.25 / 4.01) / 2.0);
+    assert_eq!(mean_of_halves([&a, &b]).unwrap().data, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+    // Equal halves: the plain measure.
+    near(rel_mse_from_halves(&x, [&a, &a]).unwrap(), metrics(&x, &a).unwrap().rel_mse);
+    let holes = grey(vec![f32::NAN, 2.0]);
+    near(rel_mse_from_halves(&holes, [&a, &b]).unwrap(), -0.25 / 4.01);
 }
 
 #[test]

@@ -34,6 +34,21 @@ pub fn read_layer(path: &Path, layer: &str, limits: &Limits) -> Result<DecodedIm
     decode(&Source::new(path).read(limits)?, path, Some(layer), limits)
 }
 
+impl DecodedImage {
+    /// The picture as linear light, whatever the file's encoding.
+    pub fn into_linear(self) -> Image {
+        let mut image = self.image;
+        if self.is_srgb_encoded {
+            let alpha = usize::from(image.channels.is_multiple_of(2));
+            let colours = image.channels - alpha.min(image.channels);
+            for pixel in image.data.chunks_exact_mut(image.channels.max(1)) {
+                pixel[..colours].iter_mut().for_each(|v| *v = super::srgb_to_linear(*v));
+            }
+        }
+        image
+    }
+}
+
 /// [`read`] or [`read_layer`] of bytes in memory; `path` only names them in messages.
 pub fn decode(
     bytes: &[u8],
