@@ -2,7 +2,7 @@
 
 use claror::math::statistics::student_quantile_two_sided;
 
-use crate::study::{Errors, Run, Series, SeriesKind, Setting, Slope, Spread, Summary};
+use crate::study::{Errors, Run, Series, SeriesKind, Setting, Slope, Spread, Summary, TimeToError};
 
 /// Median and extremes; nothing of nothing.
 pub(crate) fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
@@ -73,11 +73,22 @@ pub(crate) fn series_slope(series: &Series) -> Option<Slope> {
     }
 }
 
-/// Time at which the error is reached: between the first two neighbours in time that bracket it,
-/// interpolated in the logarithms of both.
-pub(crate) fn time_to_error(points: &[(f64, f64)], error: f64) -> Option<f64> {
+/// When the error is reached: between the first two neighbours in time that bracket it,
+/// interpolated in the logarithms of both, else what the points say of it. Never extrapolated.
+pub(crate) fn time_to_error(points: &[(f64, f64)], error: f64) -> TimeToError {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some(&(first, least)), Some(&(last, _))) = (sorted.first(), sorted.last()) else {
+        return TimeToError::Unknown;
+    };
+    match between(&sorted, error) {
+        Some(time) => TimeToError::Reached(time),
+        None if least <= error => TimeToError::AtMost(first),
+        None => TimeToError::NotIn(last),
+    }
+}
+
+fn between(sorted: &[(f64, f64)], error: f64) -> Option<f64> {
     let brackets = |pair: &&[(f64, f64)]| pair[0].1 >= error && pair[1].1 <= error;
     let pair = sorted.windows(2).find(brackets)?;
     let [(t0, e0), (t1, e1)] = [pair[0], pair[1]];
@@ -131,12 +142,18 @@ mod tests {
     fn times_are_interpolated_in_the_logarithms() {
         // error = 1 / t, exactly a line in the logarithms; given out of order.
         let points = [(100.0, 0.01), (1.0, 1.0), (10.0, 0.1)];
-        near(time_to_error(&points, 0.05).expect("bracketed"), 20.0);
-        near(time_to_error(&points, 1.0).expect("an end"), 1.0);
-        near(time_to_error(&points, 0.01).expect("an end"), 100.0);
-        assert_eq!(time_to_error(&points, 2.0), None);
-        assert_eq!(time_to_error(&points, 0.001), None);
-        near(time_to_error(&[(1.0, 0.5), (2.0, 0.5)], 0.5).expect("flat"), 1.0);
-        assert_eq!(time_to_error(&[(1.0, 0.5)], 0.5), None);
+        let reached = |points: &[(f64, f64)], error| match time_to_error(points, error) {
+            TimeToError::Reached(time) => time,
+            other => panic!("{other:?}"),
+        };
+        near(reached(&points, 0.05), 20.0);
+        near(reached(&points, 1.0), 1.0);
+        near(reached(&points, 0.01), 100.0);
+        assert_eq!(time_to_error(&points, 2.0), TimeToError::AtMost(1.0));
+        assert_eq!(time_to_error(&points, 0.001), TimeToError::NotIn(100.0));
+        near(reached(&[(1.0, 0.5), (2.0, 0.5)], 0.5), 1.0);
+        assert_eq!(time_to_error(&[(1.0, 0.5)], 0.5), TimeToError::AtMost(1.0));
+        assert_eq!(time_to_error(&[(1.0, 0.5)], 0.4), TimeToError::NotIn(1.0));
+        assert_eq!(time_to_error(&[], 0.5), TimeToError::Unknown);
     }
 }

@@ -261,9 +261,34 @@ pub struct EqualTime {
 pub struct EqualError {
     /// The error, as [`Errors::rel_mse`].
     pub rel_mse: f64,
-    /// Name of the series and processor seconds, interpolated between its settings in the
-    /// logarithms of both; nothing where the series does not bracket the error.
-    pub cpu_seconds: Vec<(String, Option<f64>)>,
+    /// Name of the series, and when it reaches the error.
+    pub cpu_seconds: Vec<(String, TimeToError)>,
+}
+
+/// When a series reaches an error, processor seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeToError {
+    /// Between two settings, interpolated in the logarithms of time and error.
+    Reached(f64),
+    /// Its fastest setting, which took this long, is already better.
+    AtMost(f64),
+    /// No setting is that good, and the slowest took this long.
+    NotIn(f64),
+    /// There are no settings with a time and an error.
+    Unknown,
+}
+
+impl TimeToError {
+    /// Least and most time that it can be.
+    pub fn bounds(self) -> [f64; 2] {
+        match self {
+            Self::Reached(t) => [t, t],
+            Self::AtMost(t) => [0.0, t],
+            Self::NotIn(t) => [t, f64::INFINITY],
+            Self::Unknown => [0.0, f64::INFINITY],
+        }
+    }
 }
 
 /// What a look-up costs in a cache of some size.

@@ -2,7 +2,9 @@
 //! them; nothing is said that is not there.
 
 use super::number;
-use crate::study::{EqualError, EqualTime, SceneStudy, Series, SeriesKind, Setting, Summary};
+use crate::study::{
+    EqualError, EqualTime, SceneStudy, Series, SeriesKind, Setting, Summary, TimeToError,
+};
 
 /// A sentence and the rows that it rests on.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,45 +48,79 @@ pub(super) fn contenders<'a>(
     entries.entries.iter().filter_map(find).collect()
 }
 
-/// Of all errors that two series reach, the smallest: who needs less time. If no error is reached
-/// by two series, that is said.
+/// Who needs least time to an error and who most, of those whose times can be told apart.
+pub(super) struct Ratio<'a> {
+    /// Name of the series and its time.
+    pub fastest: (&'a str, TimeToError),
+    /// The same of the slowest.
+    pub slowest: (&'a str, TimeToError),
+}
+
+impl Ratio<'_> {
+    /// Whether both times are known, and not only a bound of one.
+    pub(super) fn is_exact(&self) -> bool {
+        let is_reached = |t| matches!(t, TimeToError::Reached(_));
+        is_reached(self.fastest.1) && is_reached(self.slowest.1)
+    }
+
+    /// Time of the slowest over that of the fastest, or a lower bound of that.
+    pub(super) fn factor(&self) -> f64 {
+        self.slowest.1.bounds()[0] / self.fastest.1.bounds()[1]
+    }
+}
+
+/// `None` if no two times can be told apart.
+pub(super) fn fastest_and_slowest(row: &EqualError) -> Option<Ratio<'_>> {
+    let times = || row.cpu_seconds.iter().map(|(name, t)| (name.as_str(), *t));
+    let fastest = times().min_by(|a, b| a.1.bounds()[1].total_cmp(&b.1.bounds()[1]))?;
+    let slowest = times().max_by(|a, b| a.1.bounds()[0].total_cmp(&b.1.bounds()[0]))?;
+    let ratio = Ratio { fastest, slowest };
+    (ratio.factor().is_finite() && ratio.factor() > 1.0).then_some(ratio)
+}
+
+/// Of all errors that two series reach, the smallest; else the smallest at which at least bounds
+/// tell two series apart: who needs less time. If there is none, that is said.
 fn equal_error(scene: &SceneStudy) -> Option<Finding> {
-    let bracketed = |row: &EqualError| row.cpu_seconds.iter().filter(|(_, t)| t.is_some()).count();
-    let by_error = |a: &&EqualError, b: &&EqualError| a.rel_mse.total_cmp(&b.rel_mse);
-    let Some(row) = scene.equal_error.iter().filter(|row| bracketed(row) >= 2).min_by(by_error)
-    else {
+    let compared =
+        scene.equal_error.iter().filter_map(|row| Some((row, fastest_and_slowest(row)?)));
+    let order = |(row, ratio): &(&EqualError, Ratio<'_>)| (!ratio.is_exact(), row.rel_mse);
+    let by_order = |a: &(&EqualError, Ratio<'_>), b: &(&EqualError, Ratio<'_>)| {
+        let ((a_bound, a_error), (b_bound, b_error)) = (order(a), order(b));
+        a_bound.cmp(&b_bound).then(a_error.total_cmp(&b_error))
+    };
+    let Some((row, ratio)) = compared.min_by(by_order) else {
         let any = !scene.equal_error.is_empty();
-        let text = "No two methods bracket the same relMSE, so that times at equal error cannot be compared.";
+        let text = "No two methods reach the same relMSE, so that times at equal error cannot be compared.";
         return any.then(|| finding("equal-error", text.into()));
     };
-    let mut times: Vec<(&str, f64)> =
-        row.cpu_seconds.iter().filter_map(|(name, t)| Some((label(scene, name), (*t)?))).collect();
-    times.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let [(first, least), .., (last, most)] = times[..] else { return None };
+    let name = |(name, _): (&str, TimeToError)| label(scene, name).to_owned();
     let mut text = format!(
-        "To a relMSE of {}, {first} took {} of CPU time and {last} {}: {} times less.",
+        "To a relMSE of {}, {} {} of CPU time and {} {}: {}{} times less.",
         number::round_number(row.rel_mse),
-        number::seconds(least),
-        number::seconds(most),
-        number::times(most / least),
+        name(ratio.fastest),
+        took(ratio.fastest.1),
+        name(ratio.slowest),
+        took(ratio.slowest.1),
+        if ratio.is_exact() { "" } else { "more than " },
+        number::times(ratio.factor()),
     );
-    let between: Vec<String> = times[1..times.len() - 1]
-        .iter()
-        .map(|(name, t)| format!("{name} took {}", number::seconds(*t)))
+    let others: Vec<String> = (row.cpu_seconds.iter())
+        .filter(|(n, _)| n != ratio.fastest.0 && n != ratio.slowest.0)
+        .map(|(n, t)| format!("{} {}", label(scene, n), took(*t)))
         .collect();
-    if !between.is_empty() {
-        text += &format!(" Between them, {}.", list(&between));
-    }
-    let missing: Vec<String> = (row.cpu_seconds.iter())
-        .filter(|(_, t)| t.is_none())
-        .map(|(name, _)| label(scene, name).to_owned())
-        .collect();
-    if !missing.is_empty() {
-        let verb = if missing.len() == 1 { "does" } else { "do" };
-        text +=
-            &format!(" {} {verb} not bracket this error and cannot be compared.", list(&missing));
+    if !others.is_empty() {
+        text += &format!(" {}.", list(&others));
     }
     Some(finding("equal-error", text))
+}
+
+fn took(time: TimeToError) -> String {
+    match time {
+        TimeToError::Reached(t) => format!("took {}", number::seconds(t)),
+        TimeToError::AtMost(t) => format!("took at most {}", number::seconds(t)),
+        TimeToError::NotIn(t) => format!("was not there in {}", number::seconds(t)),
+        TimeToError::Unknown => "has no settings to tell".into(),
+    }
 }
 
 /// In the longest of the equal times: who has the smallest error.
@@ -218,6 +254,7 @@ mod tests {
     use super::*;
     use crate::report::testing::{scene, series, summary};
     use crate::study::Slope;
+    use crate::study::TimeToError::{AtMost, NotIn, Reached, Unknown};
 
     fn two() -> SceneStudy {
         let path = vec![Some(summary(10.0, 1e-2, 0.001)), Some(summary(40.0, 2.5e-3, 0.0)), None];
@@ -230,22 +267,29 @@ mod tests {
         let mut scene = two();
         let row = |rel_mse, path, ic| EqualError {
             rel_mse,
-            cpu_seconds: vec![("path".into(), path), ("ic".into(), ic), ("x".into(), None)],
+            cpu_seconds: vec![("path".into(), path), ("ic".into(), ic), ("x".into(), Unknown)],
         };
         scene.equal_error = vec![
-            row(1e-2, Some(10.0), Some(1.0)),
-            row(1e-3, Some(148.0), Some(2.1)),
-            row(1e-4, None, Some(9.0)),
+            row(1e-2, Reached(10.0), Reached(1.0)),
+            row(1e-3, Reached(148.0), Reached(2.1)),
+            row(1e-4, NotIn(200.0), Reached(9.0)),
         ];
-        let text = equal_error(&scene).unwrap().text;
+        let text_of =
+            |scene: &SceneStudy| equal_error(scene).unwrap().text.replace('\u{202f}', " ");
         assert_eq!(
-            text.replace('\u{202f}', " "),
-            "To a relMSE of 10⁻³, Caching took 2.10 s of CPU time and Path tracing 148 s: 70 times less. \
-             x does not bracket this error and cannot be compared."
+            text_of(&scene),
+            "To a relMSE of 10⁻³, Caching took 2.10 s of CPU time and Path tracing took 148 s: \
+             70 times less. x has no settings to tell."
         );
-        scene.equal_error.truncate(0);
-        scene.equal_error.push(row(1e-4, None, Some(9.0)));
-        assert!(equal_error(&scene).unwrap().text.starts_with("No two methods bracket"));
+        scene.equal_error.drain(..2);
+        assert!(text_of(&scene).contains(
+            "Caching took 9.00 s of CPU time and Path tracing was not there in 200 s: more than 22 times less."
+        ));
+        scene.equal_error = vec![row(1e-4, Reached(200.0), AtMost(9.0))];
+        assert!(text_of(&scene).contains("Caching took at most 9.00 s of CPU time"));
+        // Neither is known to be faster.
+        scene.equal_error = vec![row(1e-4, NotIn(1.0), AtMost(9.0))];
+        assert!(text_of(&scene).starts_with("No two methods reach"));
     }
 
     #[test]

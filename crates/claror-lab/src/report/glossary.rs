@@ -24,7 +24,7 @@ pub(super) fn section() -> Markup {
                 dt { "SSIM" } dd { "Mean structural similarity of the tone-mapped luminance: 1 is equal." }
                 dt { "FLIP" } dd { "Mean visible difference to someone who flips between the two pictures (Andersson et al. 2020), 0.7 m from a screen 0.7 m wide: 0 is equal. The map shows it per pixel." }
                 dt { "Slope" } dd { "Exponent of relMSE against CPU time, least squares in the logarithms. Independent samples alone give −1." }
-                dt { "Time at equal error" } dd { "Interpolated between neighbouring settings in the logarithms of time and error; never extrapolated. A method whose settings all lie above or below an error does not bracket it." }
+                dt { "Time at equal error" } dd { "Interpolated between neighbouring settings in the logarithms of time and error; never extrapolated. Of a method whose settings all lie above or below an error only a bound is known." }
                 dt { "Pareto front" } dd { "Settings that no other setting beats in both CPU time and relMSE." }
             }
         }

@@ -5,7 +5,7 @@ use maud::{Markup, PreEscaped, html};
 use super::chart::Chart;
 use super::number::rich;
 use super::{Scene, chart_file, command_line, findings, number, page, strips, svg, tables};
-use crate::study::SeriesKind;
+use crate::study::{SeriesKind, TimeToError};
 
 /// Everything about one scene.
 pub(super) fn section(scene: &Scene<'_>) -> Markup {
@@ -113,7 +113,7 @@ fn equal_error(scene: &Scene<'_>) -> Markup {
         h3 id={(scene.slug) "-equal-error"} { "CPU time to equal error" }
         div.scroll tabindex="0" role="region" aria-label="CPU time to equal error" {
             table {
-                caption { span { "CPU seconds to reach a relMSE, interpolated between settings; “not bracketed” where a method’s settings do not lie on both sides. Fastest in bold." } }
+                caption { span { "CPU seconds to reach a relMSE, interpolated between settings; ≤ where already the fastest setting of a method is better, > where not even its slowest is that good. Fastest in bold, the ratio is that of the slowest to it." } }
                 thead { tr { th scope="col" { "relMSE" } @for name in &names { th.num scope="col" { (findings::label(scene.study, name)) } } th.num scope="col" { "Ratio" } } }
                 tbody { @for row in rows { (error_row(row, &names)) } }
             }
@@ -121,22 +121,33 @@ fn equal_error(scene: &Scene<'_>) -> Markup {
     }
 }
 
+fn time_to_error(time: TimeToError) -> String {
+    match time {
+        TimeToError::Reached(t) => number::number(t),
+        TimeToError::AtMost(t) => format!("≤ {}", number::number(t)),
+        TimeToError::NotIn(t) => format!("> {}", number::number(t)),
+        TimeToError::Unknown => "–".into(),
+    }
+}
+
 fn error_row(row: &crate::study::EqualError, names: &[&str]) -> Markup {
-    let time = |name: &str| row.cpu_seconds.iter().find(|(n, _)| n == name).and_then(|(_, t)| *t);
-    let times: Vec<f64> = names.iter().filter_map(|n| time(n)).filter(|t| *t > 0.0).collect();
-    let least = times.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = times.iter().copied().fold(0.0, f64::max);
+    let time = |name: &str| {
+        let found = row.cpu_seconds.iter().find(|(n, _)| n == name);
+        found.map_or(TimeToError::Unknown, |(_, t)| *t)
+    };
+    let ratio = findings::fastest_and_slowest(row);
+    let fastest = ratio.as_ref().map_or("", |r| r.fastest.0);
     html! {
         tr {
             th scope="row" { (rich(&number::round_number(row.rel_mse))) }
             @for name in names {
-                td.num { @match time(name) {
-                    Some(t) if t <= least => strong { (number::number(t)) },
-                    Some(t) => (number::number(t)),
-                    None => span.muted { "not bracketed" },
-                } }
+                td.num { @let text = time_to_error(time(name));
+                    @if *name == fastest { strong { (text) } } @else { (text) } }
             }
-            td.num { @if times.len() >= 2 { (number::times(most / least)) "\u{202f}×" } @else { "–" } }
+            td.num { @match ratio {
+                Some(r) => { @if !r.is_exact() { "> " } (number::times(r.factor())) "\u{202f}×" },
+                None => "–",
+            } }
         }
     }
 }
