@@ -2,6 +2,7 @@
 
 pub(crate) mod cache;
 mod cache_file;
+mod cache_lookups;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod documents;

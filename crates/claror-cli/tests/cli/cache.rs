@@ -208,3 +208,38 @@ fn a_cache_that_cannot_be_written_is_told_at_the_end() {
     assert!(run.stderr.contains(error), "{}", run.stderr);
     assert!(folder.exists("a.exr"));
 }
+
+#[test]
+fn look_ups_are_measured() {
+    let folder = Folder::new();
+    folder.run(&format!("{RENDER} -q -o a.exr --cache a.cache")).expect(0);
+    let count = records(&folder, "a.cache");
+    let arguments = "cache lookups a.cache --index octree,cells";
+    let run = folder.run(&format!("{arguments} --json")).expect(0);
+    let result = run.events()[0].clone();
+    assert_eq!((&result["file"], &result["records"]), (&"a.cache".into(), &count.into()));
+    let costs = result["lookups"].as_array().expect("a list");
+    let names: Vec<_> = costs.iter().map(|cost| cost["index"].as_str()).collect();
+    assert_eq!(names, [Some("octree"), Some("cells")]);
+    for cost in costs {
+        assert!(cost["nanoseconds"].as_f64() > Some(0.0), "{cost}");
+        assert!(cost["records_used"].as_f64() >= Some(1.0), "{cost}");
+        assert_eq!(cost["records_used"], costs[0]["records_used"]);
+    }
+    let table = folder.run(arguments).expect(0).stdout;
+    assert!(table.contains(&format!("{count} records")) && table.lines().count() == 4, "{table}");
+    assert!(folder.run("cache lookups a.cache --index tree").expect(2).stderr.contains("octree"));
+    folder.run("cache lookups b.cache").expect(4);
+}
+
+#[test]
+fn a_cache_without_records_has_nothing_to_measure() {
+    let folder = Folder::new();
+    // Nothing but sky.
+    folder.run(&format!("{RENDER} --crop 0,0,4,4 -q -o a.exr --cache a.cache")).expect(0);
+    assert_eq!(records(&folder, "a.cache"), 0);
+    let run = folder.run("cache lookups a.cache").expect(0);
+    assert!(run.stdout.contains("holds no records"), "{}", run.stdout);
+    let run = folder.run("cache lookups a.cache --json").expect(0);
+    assert_eq!(run.events()[0]["lookups"], serde_json::json!([]));
+}

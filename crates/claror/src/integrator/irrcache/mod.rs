@@ -92,10 +92,6 @@ pub struct IrradianceCache {
     is_history: bool,
 }
 
-/// In the second pass points are served also by a little weight: a record's far side is better
-/// than one ray.
-const LEAST_WEIGHT: f32 = 0.02;
-
 impl IrradianceCache {
     fn new(
         records: Vec<Record>,
@@ -104,8 +100,7 @@ impl IrradianceCache {
         hash: Option<IrradianceHash>,
         bounds: Bounds3,
     ) -> Self {
-        let lookup = settings.lookup();
-        let lookup = LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup };
+        let lookup = settings.frozen_lookup();
         let bounds = with_slack(bounds);
         let index = Index::finished(settings.index(), &records, bounds, lookup.reach());
         // Records that several views made are all there from the beginning.

@@ -102,6 +102,8 @@ const DEFAULT_ERROR: f32 = 0.05;
 const DEFAULT_SAMPLES: f32 = 576.0;
 const DEFAULT_PIXEL_SAMPLES: f32 = 64.0;
 
+/// Sum of weights from which on points are served by a complete cache.
+const LEAST_WEIGHT: f32 = 0.02;
 /// How many records the oldest programs interpolated between.
 const THESIS_NEAREST: u32 = 4;
 /// Normals that differ by more belong to different sides.
@@ -151,6 +153,13 @@ impl IrrCacheSettings {
             nearest: self.nearest.unwrap_or(museum),
             ..usual
         }
+    }
+
+    /// How a complete cache is looked up. There points are served also by a little weight: a record's
+    /// far side is better than one ray.
+    pub fn frozen_lookup(&self) -> LookupSettings {
+        let lookup = self.lookup();
+        LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup }
     }
 
     /// Rays of a record: as many as the error is worth if none were set.
