@@ -235,7 +235,10 @@ mod tests {
         for kind in [IndexKind::Cells, IndexKind::Bvh, IndexKind::Octree] {
             let found = count(kind);
             assert_eq!(found.used, all.used, "{kind:?}");
-            assert!(found.candidates >= found.used && found.candidates < all.candidates, "{found:?}");
+            assert!(
+                found.candidates >= found.used && found.candidates < all.candidates,
+                "{found:?}"
+            );
         }
         assert!(count(IndexKind::Leaves).used < all.used);
     }

@@ -14,6 +14,7 @@
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
 
+mod deep;
 mod file;
 mod gather;
 mod hash;
@@ -43,6 +44,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
 use crate::math::{Bounds3, Ray};
 use crate::scene::Scene;
+use deep::DeepCache;
 pub(super) use hash::{IrradianceHash, direct_light};
 
 /// What a render asked of its cache.
@@ -76,6 +78,13 @@ impl LookupCounts {
         let served = self.lookups - self.uncached.min(self.lookups);
         (served > 0).then(|| self.records as f64 / served as f64)
     }
+}
+
+/// Where the walk of a record's ray may end before its time: at an irradiance that is known there.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum WalkEnd<'a> {
+    Hash(&'a IrradianceHash),
+    Cache(&'a DeepCache),
 }
 
 /// Records of irradiance with all that is needed to look them up.
@@ -180,6 +189,7 @@ impl<'a> CacheView<'a> {
         lookup_seen(self.records, index, query, settings, is_seen)
     }
 
+    /// Where walks of pixels may end.
     fn hash(&self) -> Option<&'a IrradianceHash> {
         self.cache.hash.as_ref()
     }

@@ -11,11 +11,12 @@
 
 use rayon::prelude::*;
 
+use super::deep::DeepCache;
 use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
 use super::{
-    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, is_in_sight,
-    pixel_key, with_slack,
+    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, WalkEnd,
+    is_in_sight, pixel_key, with_slack,
 };
 use crate::bsdf::BsdfAtHit;
 use crate::film::CropWindow;
@@ -97,10 +98,10 @@ impl CacheStatistics {
 pub type IsCancelled<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// What the first pass looks through the camera with.
-struct Eye<'a> {
-    scene: &'a Scene,
+pub(super) struct Eye<'a> {
+    pub(super) scene: &'a Scene,
     camera: Camera,
-    samples: SamplerSettings,
+    pub(super) samples: SamplerSettings,
 }
 
 impl IrradianceCache {
@@ -133,9 +134,14 @@ impl IrradianceCache {
         } else {
             (None, HashStatistics::default())
         };
-        let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
         let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         let eye = Eye { scene, camera, samples };
+        let deep = match settings.cache.bounces {
+            Bounces::Cache => Some(DeepCache::new(&eye, crop, is_cancelled)?),
+            Bounces::Hash | Bounces::Path => None,
+        };
+        let ends = hash.as_ref().map(WalkEnd::Hash).or(deep.as_ref().map(WalkEnd::Cache));
+        let gatherer = Gatherer::new(scene, settings, ends, seed);
         let old_hash = first.hash.clone();
         let (old_count, old_statistics) = (first.records.len(), first.statistics);
         let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first);
@@ -144,8 +150,9 @@ impl IrradianceCache {
         } else {
             filling.raster(&eye, crop, is_cancelled)?;
         }
-        filling.statistics.walks += filled.walks;
-        filling.statistics.rays += filled.rays;
+        let (deep_walks, deep_rays) = deep.as_ref().map_or((0, 0), DeepCache::cost);
+        filling.statistics.walks += filled.walks + deep_walks;
+        filling.statistics.rays += filled.rays + deep_rays;
         let (records, statistics) = filling.finish();
         if old_count > 0 && records.len() == old_count {
             // Nothing was missing: it stays as it was.
@@ -156,7 +163,7 @@ impl IrradianceCache {
 }
 
 /// A cache that is being filled.
-struct Filling<'a> {
+pub(super) struct Filling<'a> {
     gatherer: &'a Gatherer<'a>,
     lookup: LookupSettings,
     records: Vec<Record>,
@@ -202,7 +209,7 @@ impl Neighbours {
 }
 
 impl<'a> Filling<'a> {
-    fn new(
+    pub(super) fn new(
         gatherer: &'a Gatherer<'a>,
         cache: &IrrCacheSettings,
         bounds: Bounds3,
@@ -272,13 +279,15 @@ impl<'a> Filling<'a> {
         pixels: &[(u32, u32)],
         is_cancelled: IsCancelled,
     ) -> Option<()> {
-        let mut queue: Vec<Place> = pixels
-            .par_iter()
-            .map(|&(x, y)| eye.place(left + x, top + y).filter(|p| !self.serves(p)))
-            .collect::<Vec<_>>()
-            .into_iter()
-            .flatten()
-            .collect();
+        let places = pixels.par_iter().map(|&(x, y)| eye.place(left + x, top + y));
+        let places = places.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.queue(places, is_cancelled).map(|_| ())
+    }
+
+    /// Makes records until all places are served. Returns how many were not at the beginning.
+    pub(super) fn queue(&mut self, places: Vec<Place>, is_cancelled: IsCancelled) -> Option<usize> {
+        let mut queue = self.unserved(places);
+        let count = queue.len();
         while !queue.is_empty() {
             if is_cancelled() {
                 return None;
@@ -286,15 +295,15 @@ impl<'a> Filling<'a> {
             let batch = (self.records.len() / BATCH_SHARE).clamp(BATCH.0, BATCH.1).min(queue.len());
             let rest = queue.split_off(batch);
             self.batch(&queue);
-            queue = rest
-                .into_par_iter()
-                .map(|p| Some(p).filter(|p| !self.serves(p)))
-                .collect::<Vec<_>>()
-                .into_iter()
-                .flatten()
-                .collect();
+            queue = self.unserved(rest);
         }
-        Some(())
+        Some(count)
+    }
+
+    /// The others, in the same order.
+    fn unserved(&self, places: Vec<Place>) -> Vec<Place> {
+        let left = places.into_par_iter().map(|p| Some(p).filter(|p| !self.serves(p)));
+        left.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
     fn batch(&mut self, places: &[Place]) {
@@ -342,7 +351,7 @@ impl<'a> Filling<'a> {
         lookup_seen(records, &self.index, &query, settings, is_seen).is_some()
     }
 
-    fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
+    pub(super) fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
         self.statistics.records = self.records.len();
         (self.records, self.statistics)
     }
@@ -352,15 +361,23 @@ impl Eye<'_> {
     /// The first diffuse surface that a pixel sees, mirrors and glass followed.
     fn place(&self, x: u32, y: u32) -> Option<Place> {
         let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
-        let ray = self.camera.ray(film, Vec2::splat(0.5));
-        let beside = self.camera.ray(film + Vec2::X, Vec2::splat(0.5));
+        let rays = self.rays(film);
         let key = pixel_key(x, y);
         let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
-        let seen = first_diffuse(self.scene, ray, &mut sampler)?;
-        // Rays of one pixel start apart with a lens or without perspective. No difference of points
-        // on them: far from the origin it would be rounding.
-        let footprint = (beside.o - ray.o + (beside.d - ray.d) * seen.way).length();
-        Some(Place { si: seen.si, footprint, key })
+        let seen = first_diffuse(self.scene, rays[0], &mut sampler)?;
+        Some(Place { si: seen.si, footprint: Self::footprint(&rays, seen.way), key })
+    }
+
+    /// Through a point of the film, and through one a pixel beside it.
+    pub(super) fn rays(&self, film: Vec2) -> [Ray; 2] {
+        [film, film + Vec2::X].map(|film| self.camera.ray(film, Vec2::splat(0.5)))
+    }
+
+    /// Side of a pixel at the end of a way along such rays, scene units. They start apart with a lens
+    /// or without perspective. No difference of points on them: far from the origin it would be
+    /// rounding.
+    pub(super) fn footprint([ray, beside]: &[Ray; 2], way: f32) -> f32 {
+        (beside.o - ray.o + (beside.d - ray.d) * way).length()
     }
 }
 

@@ -17,17 +17,20 @@ pub enum Bounces {
     /// irradiance there: much less noise, a little bias.
     #[default]
     Hash,
+    /// Random walks that end at a second, coarser cache, whose own records use [`Bounces::Path`].
+    Cache,
 }
 
 impl Bounces {
     /// All of them, the default first.
-    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
+    pub const ALL: [Self; 3] = [Self::Hash, Self::Path, Self::Cache];
 
     /// As scene files and the command line call it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Path => "path",
             Self::Hash => "hash",
+            Self::Cache => "cache",
         }
     }
 }
