@@ -1,7 +1,7 @@
 //! A second, coarser cache for the ends of records' rays.
 //!
-//! Its records lie where walks from the camera meet diffuse surfaces after the first one, and their
-//! own rays are followed as paths to the end: all further bounces are in them, none is cut off. A
+//! Its records lie where rays end that leave what the camera sees at random, and their own rays are
+//! followed as paths to the end: all further bounces are in them, none is cut off. A
 //! record of the picture's cache then needs of a ray's end no more than light sampled there and what
 //! the deep records around it make of their irradiance. Where none of these serves, or all reach
 //! farther than the ray is long (their coarseness would show), the walk goes on.
@@ -30,14 +30,19 @@ use crate::spectrum::Rgb;
 const ERROR: f32 = 16.0;
 const ACCURACY: f32 = 2.0;
 const SPACING: f32 = 4.0;
-const NOISE: f32 = 2.0;
+const NOISE: f32 = 4.0;
 const FEWER_RAYS: u32 = 4;
-/// Diffuse surfaces of a walk, without the first, at which records may be wanted.
-const VERTICES: usize = 3;
 /// Walks of the first round and of all rounds at most; each round has as many as all before.
-const WALKS: (u32, u32) = (1 << 10, 1 << 17);
-/// Rounds end when at most this share of their points was not served.
-const UNSERVED: f64 = 0.02;
+const WALKS: (u32, u32) = (1 << 11, 1 << 17);
+/// Rounds end when at most this share of their points was not served: in rooms full of small things
+/// the last few per cent take most of the records, and following their rays costs less.
+const UNSERVED: f64 = 0.1;
+
+/// Side of a pixel at most, as a share of the scene's extent: in small pictures the least radius of a
+/// deep record would be longer than the rays that it could serve.
+const LARGEST_PIXEL: f32 = 1.0 / 256.0;
+/// Keys of deep records are not those of pixels.
+const FIRST_KEY: u64 = 1 << 63;
 
 /// See the module.
 #[derive(Debug)]
@@ -68,10 +73,8 @@ impl DeepCache {
             SamplerSettings { kind: SamplerKind::Sobol, sample_count: WALKS.1, seed: !seed };
         let (mut done, mut goal) = (0, WALKS.0);
         while goal <= WALKS.1 {
-            let places: Vec<Place> = (done..goal)
-                .into_par_iter()
-                .flat_map_iter(|walk| places(eye, crop, &walks, walk))
-                .collect();
+            let found = (done..goal).into_par_iter().map(|walk| place(eye, crop, &walks, walk));
+            let places: Vec<Place> = found.collect::<Vec<_>>().into_iter().flatten().collect();
             let all = places.len();
             let left = filling.queue(places, is_cancelled)?;
             (done, goal) = (goal, 2 * goal);
@@ -128,24 +131,17 @@ fn coarser(cache: &IrrCacheSettings) -> IrrCacheSettings {
     }
 }
 
-/// The diffuse surfaces that a walk meets after the first.
-fn places(eye: &Eye, crop: CropWindow, samples: &SamplerSettings, walk: u32) -> Vec<Place> {
+/// Where a ray ends that leaves the first diffuse surface of a camera ray at random.
+fn place(eye: &Eye, crop: CropWindow, samples: &SamplerSettings, walk: u32) -> Option<Place> {
     let mut sampler = Sampler::new(samples, (0, 0), walk);
     let size = Vec2::new(crop.width as f32, crop.height as f32);
     let film = Vec2::new(crop.x as f32, crop.y as f32) + sampler.next_2d() * size;
     let rays = eye.rays(film);
-    let (mut ray, mut way) = (rays[0], 0.0);
-    let mut places = Vec::with_capacity(VERTICES);
-    for vertex in 0..=VERTICES {
-        let Some(seen) = first_diffuse(eye.scene, ray, &mut sampler) else { break };
-        way += seen.way;
-        if vertex > 0 {
-            let key = 1 << 63 | u64::from(walk) << 8 | vertex as u64;
-            places.push(Place { si: seen.si, footprint: Eye::footprint(&rays, way), key });
-        }
-        let frame = Frame::from_normal(lit_normal(&seen.si));
-        let direction = frame.to_world(warp::cosine_hemisphere(sampler.next_2d()));
-        ray = seen.si.spawn_ray(direction);
-    }
-    places
+    let first = first_diffuse(eye.scene, rays[0], &mut sampler)?;
+    let frame = Frame::from_normal(lit_normal(&first.si));
+    let direction = frame.to_world(warp::cosine_hemisphere(sampler.next_2d()));
+    let end = first_diffuse(eye.scene, first.si.spawn_ray(direction), &mut sampler)?;
+    let largest = LARGEST_PIXEL * eye.scene.accel.bounds().extent().max_element();
+    let footprint = Eye::footprint(&rays, first.way + end.way).min(largest);
+    Some(Place { si: end.si, footprint, key: FIRST_KEY | u64::from(walk) })
 }

@@ -124,18 +124,15 @@ impl IrradianceCache {
         if !settings.cache.overture() && !first.records.is_empty() {
             return Some(first.freeze(&settings.cache, bounds));
         }
-        let seed = sensor.sampler.seed;
-        let camera = Camera::new(sensor);
-        let crop = sensor.film.crop;
+        let eye = Eye::new(scene, sensor);
+        let (seed, crop) = (eye.samples.seed, sensor.film.crop);
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
         let (hash, filled) = if needs_hash {
-            let filled = IrradianceHash::new(scene, &camera, crop, seed, is_cancelled)?;
+            let filled = IrradianceHash::new(scene, &eye.camera, crop, seed, is_cancelled)?;
             (Some(filled.0), filled.1)
         } else {
             (None, HashStatistics::default())
         };
-        let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
-        let eye = Eye { scene, camera, samples };
         let deep = match settings.cache.bounces {
             Bounces::Cache => Some(DeepCache::new(&eye, crop, is_cancelled)?),
             Bounces::Hash | Bounces::Path => None,
@@ -357,7 +354,13 @@ impl<'a> Filling<'a> {
     }
 }
 
-impl Eye<'_> {
+impl<'a> Eye<'a> {
+    pub(super) fn new(scene: &'a Scene, sensor: &Sensor) -> Self {
+        let seed = sensor.sampler.seed;
+        let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
+        Self { scene, camera: Camera::new(sensor), samples }
+    }
+
     /// The first diffuse surface that a pixel sees, mirrors and glass followed.
     fn place(&self, x: u32, y: u32) -> Option<Place> {
         let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
