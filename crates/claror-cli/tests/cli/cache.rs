@@ -185,8 +185,14 @@ fn ctrl_c_before_the_cache_is_complete_writes_none() {
     let mut child = folder
         .start(&format!("{RENDER} {slow} --json -o a.exr --cache a.cache --cache-mode write"));
     let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
-    let begun = |line: &str| line.contains("\"render\"") && line.contains("\"begin\"");
-    lines.find(|line| line.as_ref().is_ok_and(|line| begun(line))).expect("it begins").ok();
+    // Progress is told before, once a second: first of the hash's walks, then of records.
+    let is_told = |line: &str| line.contains("\"stage\":\"records\"");
+    let told = lines.find(|line| line.as_ref().is_ok_and(|line| is_told(line)));
+    let told = told.expect("it makes records").expect("text");
+    let told: serde_json::Value = serde_json::from_str(&told).expect("an object");
+    assert_eq!((&told["event"], &told["phase"]), (&"progress".into(), &"render".into()));
+    assert!(told["fraction"].as_f64().is_some_and(|f| (0.0..1.0).contains(&f)), "{told}");
+    assert!(told["records"].is_u64() && told["stride"].is_u64(), "{told}");
     let status =
         std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(status.expect("kill runs").success());

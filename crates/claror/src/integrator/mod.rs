@@ -23,10 +23,10 @@ mod tests;
 
 pub use aov::{Aov, AovKind, eval_aovs};
 pub use irrcache::{
-    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CacheStatistics,
-    CacheView, Cause, IrrCacheSettings, IrradianceCache, IsCancelled, LookupCounts,
-    PARAMETERS as CACHE_PARAMETERS, ParameterError, Probe, ProbeSettings, VisibleRecord,
-    VisibleRecords, is_cache_parameter,
+    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CachePhase,
+    CacheProgress, CacheStatistics, CacheView, CacheWatch, Cause, IrrCacheSettings,
+    IrradianceCache, IsCancelled, LookupCounts, PARAMETERS as CACHE_PARAMETERS, ParameterError,
+    Probe, ProbeSettings, VisibleRecord, VisibleRecords, is_cache_parameter,
 };
 
 use crate::math::Ray;

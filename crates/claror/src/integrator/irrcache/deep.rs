@@ -14,7 +14,8 @@ use rayon::prelude::*;
 
 use super::gather::{Gatherer, Place};
 use super::hash::lit_normal;
-use super::prepass::{Eye, Filling, IsCancelled, first_diffuse};
+use super::prepass::{Eye, Filling, first_diffuse};
+use super::progress::{CachePhase, CacheWatch};
 use super::{CacheContents, IrrCacheSettings, IrradianceCache, is_in_sight};
 use crate::film::CropWindow;
 use crate::integrator::IntegratorSettings;
@@ -26,12 +27,13 @@ use crate::scene::Scene;
 use crate::spectrum::Rgb;
 
 /// Coarser than the picture's cache by so much: error, accuracy and least radius of a record, relative
-/// error of its irradiance, and its rays.
+/// error of its irradiance, and its rays. The rays of all of them together decide how far the mean of
+/// a picture is off: a few hundred records with a quarter of the rays leave 0.2 % in the Cornell box.
 const ERROR: f32 = 16.0;
 const ACCURACY: f32 = 2.0;
 const SPACING: f32 = 4.0;
 const NOISE: f32 = 4.0;
-const FEWER_RAYS: u32 = 4;
+const FEWER_RAYS: u32 = 2;
 /// Walks of the first round and of all rounds at most; each round has as many as all before.
 const WALKS: (u32, u32) = (1 << 11, 1 << 17);
 /// Rounds end when at most this share of their points was not served: in rooms full of small things
@@ -58,7 +60,7 @@ const DEPTH: u32 = 1;
 
 impl DeepCache {
     /// For the records that an eye will want. `None` when cancelled.
-    pub(super) fn new(eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<Self> {
+    pub(super) fn new(eye: &Eye, crop: CropWindow, watch: CacheWatch) -> Option<Self> {
         let scene = eye.scene;
         let settings = &scene.tables.integrator;
         let coarse = IntegratorSettings { cache: coarser(&settings.cache), ..*settings };
@@ -68,7 +70,8 @@ impl DeepCache {
         let gatherer = Gatherer::new(scene, &coarse, None, seed).behind(depth.unwrap_or(0));
         let bounds = scene.accel.bounds();
         let first = CacheContents::default();
-        let mut filling = Filling::new(&gatherer, &coarse.cache, bounds, first);
+        let filling = Filling::new(&gatherer, &coarse.cache, bounds, first, watch);
+        let mut filling = filling.during(CachePhase::Deep);
         let walks =
             SamplerSettings { kind: SamplerKind::Sobol, sample_count: WALKS.1, seed: !seed };
         let (mut done, mut goal) = (0, WALKS.0);
@@ -76,7 +79,7 @@ impl DeepCache {
             let found = (done..goal).into_par_iter().map(|walk| place(eye, crop, &walks, walk));
             let places: Vec<Place> = found.collect::<Vec<_>>().into_iter().flatten().collect();
             let all = places.len();
-            let left = filling.queue(places, is_cancelled)?;
+            let left = filling.queue(places)?;
             (done, goal) = (goal, 2 * goal);
             if left as f64 <= UNSERVED * all as f64 {
                 break;

@@ -22,6 +22,7 @@ mod inspect;
 mod parameters;
 mod prepass;
 mod probe;
+mod progress;
 mod settings;
 mod shade;
 mod signature;
@@ -34,8 +35,9 @@ pub use file::CacheContents;
 pub use parameters::{
     ALIASES, CacheAlias, CacheParameter, PARAMETERS, ParameterError, is_cache_parameter,
 };
-pub use prepass::{CacheStatistics, IsCancelled};
+pub use prepass::CacheStatistics;
 pub use probe::{Cause, Probe, ProbeSettings};
+pub use progress::{CachePhase, CacheProgress, CacheWatch, IsCancelled};
 pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 pub use visible::{VisibleRecord, VisibleRecords};

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use super::deep::DeepCache;
 use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
+use super::progress::{CachePhase, CacheProgress, CacheWatch, IsCancelled, Share};
 use super::{
     Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, WalkEnd,
     is_in_sight, pixel_key, with_slack,
@@ -94,9 +95,6 @@ impl CacheStatistics {
     }
 }
 
-/// Asked between batches.
-pub type IsCancelled<'a> = &'a (dyn Fn() -> bool + Sync);
-
 /// What the first pass looks through the camera with.
 pub(super) struct Eye<'a> {
     pub(super) scene: &'a Scene,
@@ -107,7 +105,7 @@ pub(super) struct Eye<'a> {
 impl IrradianceCache {
     /// Fills a cache for what a sensor sees. `None` when cancelled.
     pub fn build(scene: &Scene, sensor: &Sensor, is_cancelled: IsCancelled) -> Option<Self> {
-        Self::update(scene, sensor, CacheContents::default(), is_cancelled)
+        Self::update(scene, sensor, CacheContents::default(), CacheWatch::silent(is_cancelled))
     }
 
     /// Adds to the records of `first`, which stay as they are, what a sensor sees besides; the hash
@@ -117,7 +115,7 @@ impl IrradianceCache {
         scene: &Scene,
         sensor: &Sensor,
         first: CacheContents,
-        is_cancelled: IsCancelled,
+        watch: CacheWatch,
     ) -> Option<Self> {
         let settings = &scene.tables.integrator;
         let bounds = scene.accel.bounds();
@@ -128,24 +126,24 @@ impl IrradianceCache {
         let (seed, crop) = (eye.samples.seed, sensor.film.crop);
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
         let (hash, filled) = if needs_hash {
-            let filled = IrradianceHash::new(scene, &eye.camera, crop, seed, is_cancelled)?;
+            let filled = IrradianceHash::new(scene, &eye.camera, crop, seed, watch)?;
             (Some(filled.0), filled.1)
         } else {
             (None, HashStatistics::default())
         };
         let deep = match settings.cache.bounces {
-            Bounces::Cache => Some(DeepCache::new(&eye, crop, is_cancelled)?),
+            Bounces::Cache => Some(DeepCache::new(&eye, crop, watch)?),
             Bounces::Hash | Bounces::Path => None,
         };
         let ends = hash.as_ref().map(WalkEnd::Hash).or(deep.as_ref().map(WalkEnd::Cache));
         let gatherer = Gatherer::new(scene, settings, ends, seed);
         let old_hash = first.hash.clone();
         let (old_count, old_statistics) = (first.records.len(), first.statistics);
-        let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first);
+        let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first, watch);
         if settings.cache.overture() {
-            filling.overture(&eye, crop, is_cancelled)?;
+            filling.overture(&eye, crop)?;
         } else {
-            filling.raster(&eye, crop, is_cancelled)?;
+            filling.raster(&eye, crop)?;
         }
         let (deep_walks, deep_rays) = deep.as_ref().map_or((0, 0), DeepCache::cost);
         filling.statistics.walks += filled.walks + deep_walks;
@@ -171,6 +169,11 @@ pub(super) struct Filling<'a> {
     neighbours: Option<Neighbours>,
     /// Where leaks are to be avoided.
     protected_scene: Option<&'a Scene>,
+    watch: CacheWatch<'a>,
+    phase: CachePhase,
+    share: Share,
+    /// Records and rays that there were before.
+    before: (usize, u64),
 }
 
 /// What is needed to clamp records by their neighbours.
@@ -211,6 +214,7 @@ impl<'a> Filling<'a> {
         cache: &IrrCacheSettings,
         bounds: Bounds3,
         first: CacheContents,
+        watch: CacheWatch<'a>,
     ) -> Self {
         let lookup = cache.lookup();
         let mut index = Index::growing(cache.index(), with_slack(bounds), lookup.reach());
@@ -222,18 +226,51 @@ impl<'a> Filling<'a> {
             .then(|| Neighbours::new(gatherer.radius.neighbour_slope(), &first.records));
         let CacheContents { records, statistics, .. } = first;
         let protected_scene = cache.leak_protection().then_some(gatherer.scene);
-        Self { gatherer, lookup, records, index, statistics, level: 0, neighbours, protected_scene }
+        Self {
+            gatherer,
+            lookup,
+            before: (records.len(), statistics.rays),
+            records,
+            index,
+            statistics,
+            level: 0,
+            neighbours,
+            protected_scene,
+            watch,
+            phase: CachePhase::Records,
+            share: Share::default(),
+        }
+    }
+
+    /// Of another phase, whose share is not known.
+    pub(super) fn during(self, phase: CachePhase) -> Self {
+        Self { phase, ..self }
+    }
+
+    /// Tells how far it is, with so much of the present step done.
+    fn tell(&mut self, part: f64) {
+        let stride = (self.phase == CachePhase::Records).then(|| 1 << self.level);
+        self.watch.tell(&CacheProgress {
+            phase: self.phase,
+            fraction: self.share.at(part),
+            stride,
+            records: self.records.len() - self.before.0,
+            rays: self.statistics.rays.saturating_sub(self.before.1),
+        });
     }
 
     /// From coarse to fine.
-    fn overture(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+    fn overture(&mut self, eye: &Eye, crop: CropWindow) -> Option<()> {
         let longest = crop.width.max(crop.height);
         let mut stride = (longest / COARSEST).max(1).next_power_of_two();
         let mut is_first = true;
+        // Rounds for clamped records count as one lattice more.
+        let rounds = u32::from(self.neighbours.is_some());
+        self.share = Share::of(stride.trailing_zeros() + 1 + rounds);
         while stride > 0 {
             let pixels = lattice(crop, stride, is_first);
             self.level = stride.trailing_zeros() as usize;
-            self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+            self.level(eye, crop.x, crop.y, &pixels)?;
             is_first = false;
             stride /= 2;
         }
@@ -241,7 +278,7 @@ impl<'a> Filling<'a> {
             let pixels = lattice(crop, 1, true);
             for _ in 0..MAX_ROUNDS {
                 let before = self.records.len();
-                self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+                self.level(eye, crop.x, crop.y, &pixels)?;
                 if self.records.len() == before {
                     break;
                 }
@@ -251,47 +288,42 @@ impl<'a> Filling<'a> {
     }
 
     /// Pixel after pixel, row by row.
-    fn raster(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+    fn raster(&mut self, eye: &Eye, crop: CropWindow) -> Option<()> {
+        self.share = Share::of(crop.height);
         for y in crop.y..crop.y + crop.height {
-            if is_cancelled() {
-                return None;
-            }
             let columns = (crop.x..crop.x + crop.width).into_par_iter();
             let row: Vec<Option<Place>> = columns.map(|x| eye.place(x, y)).collect();
             for place in row.into_iter().flatten() {
                 if !self.serves(&place) {
-                    self.batch(&[place]);
+                    self.batch(&[place])?;
                 }
             }
+            self.share.step();
+            self.tell(0.0);
         }
         Some(())
     }
 
     /// One lattice.
-    fn level(
-        &mut self,
-        eye: &Eye,
-        left: u32,
-        top: u32,
-        pixels: &[(u32, u32)],
-        is_cancelled: IsCancelled,
-    ) -> Option<()> {
+    fn level(&mut self, eye: &Eye, left: u32, top: u32, pixels: &[(u32, u32)]) -> Option<()> {
         let places = pixels.par_iter().map(|&(x, y)| eye.place(left + x, top + y));
         let places = places.collect::<Vec<_>>().into_iter().flatten().collect();
-        self.queue(places, is_cancelled).map(|_| ())
+        self.queue(places)?;
+        self.share.step();
+        self.tell(0.0);
+        Some(())
     }
 
-    /// Makes records until all places are served. Returns how many were not at the beginning.
-    pub(super) fn queue(&mut self, places: Vec<Place>, is_cancelled: IsCancelled) -> Option<usize> {
+    /// Makes records until all places are served. Returns how many were not at the beginning; `None`
+    /// when cancelled.
+    pub(super) fn queue(&mut self, places: Vec<Place>) -> Option<usize> {
         let mut queue = self.unserved(places);
         let count = queue.len();
         while !queue.is_empty() {
-            if is_cancelled() {
-                return None;
-            }
+            self.tell(1.0 - queue.len() as f64 / count as f64);
             let batch = (self.records.len() / BATCH_SHARE).clamp(BATCH.0, BATCH.1).min(queue.len());
             let rest = queue.split_off(batch);
-            self.batch(&queue);
+            self.batch(&queue)?;
             queue = self.unserved(rest);
         }
         Some(count)
@@ -303,16 +335,19 @@ impl<'a> Filling<'a> {
         left.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    fn batch(&mut self, places: &[Place]) {
-        let gatherer = self.gatherer;
-        let made: Vec<(Option<Record>, u64)> = places
+    /// Records at places, unless others of them serve; `None` when cancelled.
+    fn batch(&mut self, places: &[Place]) -> Option<()> {
+        let (gatherer, watch) = (self.gatherer, self.watch);
+        let made: Option<Vec<(Option<Record>, u64)>> = places
             .par_iter()
             .with_max_len(1)
             .map(|place| {
+                // A record may take long, and a batch has many.
                 let mut rays = 0;
-                (gatherer.record(place, &mut rays), rays)
+                (!watch.is_cancelled()).then(|| (gatherer.record(place, &mut rays), rays))
             })
             .collect();
+        let made = made?;
         for ((record, rays), place) in made.into_iter().zip(places) {
             self.statistics.rays += rays;
             let Some(record) = record else {
@@ -334,6 +369,7 @@ impl<'a> Filling<'a> {
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
         }
+        Some(())
     }
 
     fn serves(&self, place: &Place) -> bool {

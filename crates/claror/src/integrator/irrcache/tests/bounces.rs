@@ -18,7 +18,8 @@ fn mean(cache: &IrradianceCache) -> f64 {
 
 fn deep_cache(scene: &Scene) -> DeepCache {
     let sensor = &scene.tables.sensors[0];
-    DeepCache::new(&Eye::new(scene, sensor), sensor.film.crop, &|| false).expect("not cancelled")
+    let watch = CacheWatch::silent(&|| false);
+    DeepCache::new(&Eye::new(scene, sensor), sensor.film.crop, watch).expect("not cancelled")
 }
 
 /// π ρ/(1 − ρ), also where eight of ten photons go on: the mean over independent seeds, whose spread
