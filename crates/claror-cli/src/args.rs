@@ -9,10 +9,12 @@ use claror::verify::{LEAST_CHECKS, MOST_CHECKS};
 use crate::units;
 
 mod bench;
+mod cache;
 mod compare;
 mod show;
 
 pub(crate) use bench::BenchArgs;
+pub(crate) use cache::{CacheCommand, ExportArgs, LookupsArgs};
 pub(crate) use compare::{CompareArgs, ErrorKind, Metric};
 pub(crate) use show::{PointColor, ShowArgs};
 
@@ -290,40 +292,6 @@ pub(crate) enum CacheMode {
     Update,
     /// Use the cache in the file as it is; where it has no records, single rays take their place
     Read,
-}
-
-/// What to do with a cache file.
-#[derive(Debug, Subcommand)]
-pub(crate) enum CacheCommand {
-    /// Show what a cache holds: views, parameters, records, radii, memory
-    Info {
-        /// Cache file
-        #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
-        file: PathBuf,
-    },
-    /// Write the records of a cache for other programs
-    Export(ExportArgs),
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ExportArgs {
-    /// Cache file
-    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) file: PathBuf,
-    #[command(flatten)]
-    pub(crate) to: ExportFiles,
-}
-
-/// One file at least.
-#[derive(Debug, Args)]
-#[group(required = true, multiple = true)]
-pub(crate) struct ExportFiles {
-    /// Write a point cloud, for Blender and MeshLab: binary PLY, one vertex per record
-    #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
-    pub(crate) ply: Option<PathBuf>,
-    /// Write a table, for spreadsheets and scripts: one line per record, numbers separated by commas
-    #[arg(long, value_name = "OUT", value_hint = ValueHint::FilePath)]
-    pub(crate) csv: Option<PathBuf>,
 }
 
 /// How the finished picture is checked.

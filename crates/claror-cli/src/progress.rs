@@ -32,11 +32,29 @@ pub(crate) struct Snapshot {
     pub(crate) task: Option<String>,
     /// Time left as the worker knows it, when it stops by the clock.
     pub(crate) remaining: Option<Duration>,
+    /// A part of the phase that `fraction` and `rays` are about, if they are not about all of it.
+    pub(crate) stage: Option<Stage>,
+}
+
+/// A part of a phase with a name of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stage {
+    pub(crate) name: &'static str,
+    /// Since the phase began, when the stage did.
+    pub(crate) begin: Duration,
+    /// Records so far.
+    pub(crate) records: u64,
+    /// Stride of the lattice of pixels that is looked through.
+    pub(crate) stride: Option<u32>,
 }
 
 impl Snapshot {
     /// Time left: what the worker says, else by the rule of three once there is enough to go by.
+    /// Steps of a stage do not take equal times.
     fn remaining(&self, elapsed: Duration) -> Option<Duration> {
+        if self.stage.is_some() {
+            return None;
+        }
         self.remaining.or_else(|| {
             // Parts of unequal length: only the worker knows.
             let done = self.fraction.filter(|_| self.task.is_none());
@@ -56,9 +74,18 @@ impl Snapshot {
         if let Some(remaining) = self.remaining(elapsed) {
             parts.push(format!("{} left", units::duration(remaining)));
         }
-        if self.rays > 0 && !elapsed.is_zero() {
-            let rate = self.rays as f64 / elapsed.as_secs_f64();
+        let time = self.rays_time(elapsed);
+        if self.rays > 0 && !time.is_zero() {
+            let rate = self.rays as f64 / time.as_secs_f64();
             parts.push(format!("{}rays/s", units::decimal(rate)));
+        }
+        if let Some(Stage { records, stride, .. }) = self.stage {
+            if records > 0 {
+                parts.push(units::plural(records, "record"));
+            }
+            if let Some(stride) = stride {
+                parts.push(format!("every {}", units::plural(stride.into(), "pixel")));
+            }
         }
         if let Some(error) = self.error {
             parts.push(format!("error {error:.4}"));
@@ -71,15 +98,23 @@ impl Snapshot {
         parts.join(", ")
     }
 
+    /// Time that the rays took.
+    fn rays_time(&self, elapsed: Duration) -> Duration {
+        elapsed.saturating_sub(self.stage.map_or(Duration::ZERO, |stage| stage.begin))
+    }
+
     fn json(&self, phase: &str, elapsed: Duration) -> Value {
         json!({
             "event": "progress",
             "phase": phase,
+            "stage": self.stage.map(|stage| stage.name),
             "fraction": self.fraction,
             "elapsed": seconds(elapsed),
             "remaining": self.remaining(elapsed).map(seconds),
             "rays": self.rays,
-            "rays_per_second": self.rays as f64 / elapsed.as_secs_f64().max(1e-9),
+            "rays_per_second": self.rays as f64 / self.rays_time(elapsed).as_secs_f64().max(1e-9),
+            "records": self.stage.map(|stage| stage.records),
+            "stride": self.stage.and_then(|stage| stage.stride),
             "error": self.error,
             "task": self.task,
             "spp": self.samples.map(|(done, _)| done),
@@ -279,16 +314,18 @@ impl Display {
     }
 
     fn show(&mut self, snapshot: &Snapshot, elapsed: Duration) {
+        let stage = snapshot.stage.map(|stage| stage.name);
         match self {
             Self::Hidden => {}
             Self::Bar { name, bar } => {
                 if elapsed >= Self::FIRST_BAR {
-                    bar.draw(name, snapshot.fraction, &snapshot.line(elapsed));
+                    bar.draw(stage.unwrap_or(name), snapshot.fraction, &snapshot.line(elapsed));
                 }
             }
             Self::Lines { name, next } => {
                 if elapsed >= *next {
                     *next += Self::LINE_PERIOD;
+                    let name = stage.unwrap_or(name);
                     stderr_line(&format!("{name}: {}", snapshot.line(elapsed).trim_start()));
                 }
             }
@@ -356,6 +393,24 @@ mod tests {
     fn nothing_done_predicts_nothing() {
         let start = Snapshot { fraction: Some(0.0), ..Snapshot::default() };
         assert_eq!(start.remaining(Duration::from_secs(10)), None);
+    }
+
+    #[test]
+    fn a_stage_has_its_own_rate_and_predicts_nothing() {
+        let begin = Duration::from_secs(4);
+        let stage = Stage { name: "records", begin, records: 1250, stride: Some(8) };
+        let snapshot = Snapshot {
+            fraction: Some(0.4),
+            rays: 18_000_000,
+            stage: Some(stage),
+            ..Snapshot::default()
+        };
+        let line = snapshot.line(Duration::from_secs(10));
+        assert_eq!(line, " 40 %, 10 s, 3.00 Mrays/s, 1 250 records, every 8 pixels");
+        let event = snapshot.json("render", Duration::from_secs(10));
+        assert_eq!((&event["phase"], &event["stage"]), (&json!("render"), &json!("records")));
+        assert_eq!((&event["records"], &event["stride"]), (&json!(1250), &json!(8)));
+        assert_eq!((&event["rays_per_second"], &event["remaining"]), (&json!(3e6), &Value::Null));
     }
 
     #[test]

@@ -12,6 +12,7 @@ use claror_io::write::atomically;
 use serde_json::{Map, Value, json};
 
 use super::cache_file::{self, CacheFile};
+use super::cache_lookups;
 use super::info::{Info, number, triple};
 use super::statistics;
 use crate::args::{CacheCommand, ExportArgs};
@@ -25,6 +26,7 @@ pub(crate) fn run(command: &CacheCommand, console: &Console) -> Result<Exit, Fai
     match command {
         CacheCommand::Info { file } => show(file, console),
         CacheCommand::Export(args) => export(args, console),
+        CacheCommand::Lookups(args) => cache_lookups::run(args, console),
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod bench;
 pub(crate) mod cache;
 mod cache_file;
+mod cache_lookups;
 pub(crate) mod check;
 mod command_line;
 pub(crate) mod compare;

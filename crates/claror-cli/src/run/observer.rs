@@ -3,14 +3,14 @@
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-use claror::integrator::{GridCache, IrradianceCache};
+use claror::integrator::{CachePhase, CacheProgress, GridCache, IrradianceCache};
 use claror::render::{Observer, Progress, RenderSettings, RenderState};
 
 use super::cache_file::CacheWriter;
 use crate::config::Checkpoint;
 use crate::exit::Failure;
 use crate::messages::Report;
-use crate::progress::{Phase, Snapshot};
+use crate::progress::{Phase, Snapshot, Stage};
 use crate::signals::Interrupts;
 
 /// See the module.
@@ -22,6 +22,8 @@ pub(crate) struct Watch<'a> {
     cache: Option<&'a CacheWriter<'a>>,
     start: Instant,
     last_checkpoint: Mutex<Instant>,
+    /// The phase that the irradiance cache is in, and when it began.
+    stage: Mutex<Option<(CachePhase, Duration)>>,
     /// When the irradiance cache or the grid was complete.
     prepass: OnceLock<Duration>,
     /// Samples that an earlier run had done.
@@ -48,6 +50,7 @@ impl<'a> Watch<'a> {
             cache,
             start,
             last_checkpoint,
+            stage: Mutex::new(None),
             prepass: OnceLock::new(),
             first_samples,
         }
@@ -56,6 +59,18 @@ impl<'a> Watch<'a> {
     /// Time until the irradiance cache or the grid was complete, if it was.
     pub(crate) fn prepass(&self) -> Option<Duration> {
         self.prepass.get().copied()
+    }
+
+    /// When a phase of the cache was heard of first; the first one began at once.
+    fn stage_begin(&self, phase: CachePhase) -> Duration {
+        let mut stage = self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        let begin = match *stage {
+            Some((known, begin)) if known == phase => begin,
+            None => Duration::ZERO,
+            Some(_) => self.start.elapsed(),
+        };
+        *stage = Some((phase, begin));
+        begin
     }
 
     /// Share done by each limit; the first one wins, hence the largest counts.
@@ -83,14 +98,16 @@ impl<'a> Watch<'a> {
     fn remaining(&self, progress: &Progress, elapsed: f64) -> Option<Duration> {
         let first = self.first_samples.get().copied().unwrap_or(0);
         let done = progress.samples.saturating_sub(first) as f64;
+        let prepass = self.prepass().map_or(0.0, |time| time.as_secs_f64());
+        let sampling = (elapsed - prepass).max(0.0);
         let samples = progress
             .target_samples
             .filter(|_| done > 0.0)
-            .map(|all| all.saturating_sub(progress.samples) as f64 / done * elapsed);
+            .map(|all| all.saturating_sub(progress.samples) as f64 / done * sampling);
         let time = self.settings.max_seconds.map(|limit| (limit - elapsed).max(0.0));
         let error =
             self.settings.target_error.zip(progress.error).map(|(target, error)| {
-                (f64::from(error / target).powi(2) - 1.0).max(0.0) * elapsed
+                (f64::from(error / target).powi(2) - 1.0).max(0.0) * sampling
             });
         let left = [samples, time, error].into_iter().flatten().reduce(f64::min)?;
         Duration::try_from_secs_f64(left).ok()
@@ -115,6 +132,21 @@ impl Observer for Watch<'_> {
             error: progress.error.map(f64::from),
             samples: Some((progress.spp, progress.target_spp)),
             remaining: self.remaining(progress, elapsed),
+            stage: None,
+        });
+    }
+
+    fn cache_progress(&self, progress: &CacheProgress) {
+        self.phase.update(Snapshot {
+            fraction: progress.fraction,
+            rays: progress.rays,
+            stage: Some(Stage {
+                name: progress.phase.name(),
+                begin: self.stage_begin(progress.phase),
+                records: progress.records as u64,
+                stride: progress.stride,
+            }),
+            ..Snapshot::default()
         });
     }
 

@@ -185,8 +185,14 @@ fn ctrl_c_before_the_cache_is_complete_writes_none() {
     let mut child = folder
         .start(&format!("{RENDER} {slow} --json -o a.exr --cache a.cache --cache-mode write"));
     let mut lines = BufReader::new(child.stdout.take().expect("it is piped")).lines();
-    let begun = |line: &str| line.contains("\"render\"") && line.contains("\"begin\"");
-    lines.find(|line| line.as_ref().is_ok_and(|line| begun(line))).expect("it begins").ok();
+    // Progress is told before, once a second: first of the hash's walks, then of records.
+    let is_told = |line: &str| line.contains("\"stage\":\"records\"");
+    let told = lines.find(|line| line.as_ref().is_ok_and(|line| is_told(line)));
+    let told = told.expect("it makes records").expect("text");
+    let told: serde_json::Value = serde_json::from_str(&told).expect("an object");
+    assert_eq!((&told["event"], &told["phase"]), (&"progress".into(), &"render".into()));
+    assert!(told["fraction"].as_f64().is_some_and(|f| (0.0..1.0).contains(&f)), "{told}");
+    assert!(told["records"].is_u64() && told["stride"].is_u64(), "{told}");
     let status =
         std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(status.expect("kill runs").success());
@@ -207,4 +213,39 @@ fn a_cache_that_cannot_be_written_is_told_at_the_end() {
     let error = "error: cannot write full.cache: no space left";
     assert!(run.stderr.contains(error), "{}", run.stderr);
     assert!(folder.exists("a.exr"));
+}
+
+#[test]
+fn look_ups_are_measured() {
+    let folder = Folder::new();
+    folder.run(&format!("{RENDER} -q -o a.exr --cache a.cache")).expect(0);
+    let count = records(&folder, "a.cache");
+    let arguments = "cache lookups a.cache --index octree,cells";
+    let run = folder.run(&format!("{arguments} --json")).expect(0);
+    let result = run.events()[0].clone();
+    assert_eq!((&result["file"], &result["records"]), (&"a.cache".into(), &count.into()));
+    let costs = result["lookups"].as_array().expect("a list");
+    let names: Vec<_> = costs.iter().map(|cost| cost["index"].as_str()).collect();
+    assert_eq!(names, [Some("octree"), Some("cells")]);
+    for cost in costs {
+        assert!(cost["nanoseconds"].as_f64() > Some(0.0), "{cost}");
+        assert!(cost["records_used"].as_f64() >= Some(1.0), "{cost}");
+        assert_eq!(cost["records_used"], costs[0]["records_used"]);
+    }
+    let table = folder.run(arguments).expect(0).stdout;
+    assert!(table.contains(&format!("{count} records")) && table.lines().count() == 4, "{table}");
+    assert!(folder.run("cache lookups a.cache --index tree").expect(2).stderr.contains("octree"));
+    folder.run("cache lookups b.cache").expect(4);
+}
+
+#[test]
+fn a_cache_without_records_has_nothing_to_measure() {
+    let folder = Folder::new();
+    // Nothing but sky.
+    folder.run(&format!("{RENDER} --crop 0,0,4,4 -q -o a.exr --cache a.cache")).expect(0);
+    assert_eq!(records(&folder, "a.cache"), 0);
+    let run = folder.run("cache lookups a.cache").expect(0);
+    assert!(run.stdout.contains("holds no records"), "{}", run.stdout);
+    let run = folder.run("cache lookups a.cache --json").expect(0);
+    assert_eq!(run.events()[0]["lookups"], serde_json::json!([]));
 }

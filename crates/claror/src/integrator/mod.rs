@@ -29,10 +29,10 @@ pub use gridcache::{
     Quantity,
 };
 pub use irrcache::{
-    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CacheStatistics,
-    CacheView, Cause, IrrCacheSettings, IrradianceCache, IsCancelled, LookupCounts,
-    PARAMETERS as CACHE_PARAMETERS, Probe, ProbeSettings, VisibleRecord, VisibleRecords,
-    is_cache_parameter,
+    ALIASES as CACHE_ALIASES, Bounces, CacheAlias, CacheContents, CacheParameter, CachePhase,
+    CacheProgress, CacheStatistics, CacheView, CacheWatch, Cause, IrrCacheSettings,
+    IrradianceCache, IsCancelled, LookupCounts, PARAMETERS as CACHE_PARAMETERS, Probe,
+    ProbeSettings, VisibleRecord, VisibleRecords, is_cache_parameter,
 };
 pub use parameter::{Parameter, ParameterError};
 

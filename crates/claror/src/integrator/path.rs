@@ -12,7 +12,7 @@
 //! Fails (noise that does not go away) where small lights are seen only through glass or in
 //! mirrors: light sampling cannot reach them. Kajiya 1986; Veach 1997.
 
-use super::irrcache::{IrradianceHash, direct_light};
+use super::irrcache::{WalkEnd, direct_light};
 use super::light::{Origin, light_reference, past, power_heuristic, sample_light};
 use super::{CAMERA_DIMENSIONS, IntegratorSettings, LayeredRadiance};
 use crate::bsdf::{BsdfAtHit, BsdfSample};
@@ -65,8 +65,8 @@ struct Walk<'a> {
     /// Surfaces left behind, invisible ones included.
     depth: u32,
     rays: u64,
-    /// Where a walk may end early.
-    hash: Option<&'a IrradianceHash>,
+    /// Where a record's walk may end early.
+    ends: Option<WalkEnd<'a>>,
     /// The first surface met, if a record asked for it.
     first_hit: Option<FirstHit>,
 }
@@ -81,24 +81,23 @@ pub(super) struct FirstHit {
 }
 
 /// Radiance that arrives along a record's ray, without emission at its first hit, and that hit.
-/// Walks end at the `hash` where it serves them.
 pub(super) fn record_walk(
     scene: &Scene,
     settings: &IntegratorSettings,
-    hash: Option<&IrradianceHash>,
     ray: &Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
 ) -> (Rgb, Option<FirstHit>) {
-    record_walk_at(scene, settings, hash, 0, ray, sampler, rays)
+    record_walk_at(scene, settings, None, 0, ray, sampler, rays)
 }
 
 /// [`record_walk`] from a surface in front of which the path has left `depth` others behind: they
-/// count for `max_depth`, and the walk takes the dimensions of the sampler after theirs.
+/// count for `max_depth`, and the walk takes the dimensions of the sampler after theirs. It ends where
+/// `ends` serves it.
 pub(super) fn record_walk_at(
     scene: &Scene,
     settings: &IntegratorSettings,
-    hash: Option<&IrradianceHash>,
+    ends: Option<WalkEnd>,
     depth: u32,
     ray: &Ray,
     sampler: &mut Sampler,
@@ -108,7 +107,7 @@ pub(super) fn record_walk_at(
     walk.stage = Stage::Later;
     walk.origin = Origin::Record;
     walk.depth = depth + 1;
-    walk.hash = hash;
+    walk.ends = ends;
     walk.run(*ray, sampler);
     *rays += walk.rays;
     (walk.later, walk.first_hit)
@@ -145,7 +144,7 @@ impl<'a> Walk<'a> {
             eta: 1.0,
             depth: 0,
             rays: 0,
-            hash: None,
+            ends: None,
             first_hit: None,
         }
     }
@@ -182,7 +181,7 @@ impl Walk<'_> {
                 }
                 return;
             }
-            let next = match self.hashed_irradiance(si, &bsdf, sampler) {
+            let next = match self.known_irradiance(si, &bsdf, sampler) {
                 Some(irradiance) => self.scatter_glossy(si, &bsdf, irradiance, sampler),
                 None => self.scatter(si, &bsdf, sampler),
             };
@@ -191,23 +190,28 @@ impl Walk<'_> {
         }
     }
 
-    /// Mean irradiance where the hash serves.
-    fn hashed_irradiance(
+    /// Irradiance where it is known.
+    fn known_irradiance(
         &mut self,
         si: &SurfaceInteraction,
         bsdf: &BsdfAtHit,
         sampler: &mut Sampler,
     ) -> Option<Rgb> {
-        let hash = self.hash?;
+        let ends = self.ends?;
         if bsdf.diffuse_albedo().is_black() {
             return None;
         }
-        sampler.set_dimension(self.vertex_dimension() + 3);
-        hash.lookup(si, sampler.next_2d())
+        match ends {
+            WalkEnd::Hash(hash) => {
+                sampler.set_dimension(self.vertex_dimension() + 3);
+                hash.lookup(si, sampler.next_2d())
+            }
+            WalkEnd::Cache(cache) => cache.irradiance(self.scene, si, self.depth, &mut self.rays),
+        }
     }
 
-    /// Adds light sampled directly and what the diffuse component makes of the hash's mean
-    /// irradiance, then goes on with what is not diffuse.
+    /// Adds light sampled directly and what the diffuse component makes of an irradiance
+    /// that is known, then goes on with what is not diffuse.
     fn scatter_glossy(
         &mut self,
         si: &SurfaceInteraction,

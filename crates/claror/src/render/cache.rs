@@ -2,7 +2,9 @@
 //! grid.
 
 use super::{Fingerprint, Observer, RenderError, RenderSettings, RenderState};
-use crate::integrator::{CacheContents, GridCache, IntegratorKind, IrradianceCache};
+use crate::integrator::{
+    CacheContents, CacheProgress, CacheWatch, GridCache, IntegratorKind, IrradianceCache,
+};
 use crate::scene::Scene;
 use crate::sensor::Sensor;
 
@@ -72,12 +74,14 @@ pub(super) fn prepare(
         }
     }
     let is_cancelled = || observer.is_cancelled();
+    let progress = |progress: &CacheProgress| observer.cache_progress(progress);
+    let watch = CacheWatch { is_cancelled: &is_cancelled, progress: &progress };
     let (mode, contents) =
         start.map_or((CacheMode::Update, CacheContents::default()), |s| (s.mode, s.contents));
     let earlier_rays = contents.statistics.rays;
     let cache = match mode {
         CacheMode::Read => Some(contents.freeze(&integrator.cache, scene.accel.bounds())),
-        CacheMode::Update => IrradianceCache::update(scene, sensor, contents, &is_cancelled),
+        CacheMode::Update => IrradianceCache::update(scene, sensor, contents, watch),
     };
     let Some(cache) = cache else { return Ok(Prepared::default()) };
     state.note_cache(&cache)?;
@@ -123,7 +127,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::integrator::{IntegratorSettings, IrrCacheSettings};
+    use crate::integrator::{Bounces, CachePhase, IntegratorSettings, IrrCacheSettings};
     use crate::irradiance::Criterion;
     use crate::math::DVec3;
     use crate::render::{Progress, RenderOutput, StopReason, render};
@@ -134,11 +138,13 @@ mod tests {
         questions: AtomicU64,
         cancel_after: u64,
         cache: Mutex<Option<Vec<u8>>>,
+        told: Mutex<Vec<CacheProgress>>,
     }
 
     impl Keeper {
         fn new(cancel_after: u64) -> Self {
-            Self { questions: AtomicU64::new(0), cancel_after, cache: Mutex::new(None) }
+            let (questions, cache) = (AtomicU64::new(0), Mutex::new(None));
+            Self { questions, cancel_after, cache, told: Mutex::new(Vec::new()) }
         }
     }
 
@@ -151,6 +157,9 @@ mod tests {
         }
         fn progress(&self, _: &Progress) {}
         fn checkpoint(&self, _: &RenderState) {}
+        fn cache_progress(&self, progress: &CacheProgress) {
+            self.told.lock().unwrap().push(*progress);
+        }
         fn cache_ready(&self, cache: &IrradianceCache) {
             *self.cache.lock().unwrap() = Some(cache.to_bytes());
         }
@@ -259,6 +268,36 @@ mod tests {
         other.tables.sensors[0].film.width = 30;
         other.tables.integrator.hide_emitters = true;
         run(&other, 0, start()).expect("neither size nor what the camera sees of lamps matters");
+    }
+
+    /// Phases in their order; in each neither shares nor counts fall; the last share is all.
+    #[test]
+    fn the_progress_of_a_prepass_never_falls() {
+        let thesis = IrrCacheSettings { criterion: Criterion::Thesis, ..coarse() };
+        let clamped = IrrCacheSettings { clamp_neighbor: Some(true), ..coarse() };
+        let deep = IrrCacheSettings { bounces: Bounces::Cache, ..coarse() };
+        for (settings, first) in [
+            (coarse(), CachePhase::Walks),
+            (clamped, CachePhase::Walks),
+            (thesis, CachePhase::Walks),
+            (deep, CachePhase::Deep),
+        ] {
+            let scene = scene(settings);
+            let keeper = Keeper::new(u64::MAX);
+            let few = RenderSettings { spp: Some(1), ..Default::default() };
+            let output = render(&scene, 0, &few, None, &keeper).unwrap();
+            let told = keeper.told.into_inner().unwrap();
+            assert_eq!(told.first().map(|p| p.phase), Some(first), "{settings:?}");
+            for pair in told.windows(2) {
+                let key = |p: &CacheProgress| (p.phase, p.fraction, p.records, p.rays);
+                let falls = key(&pair[0]) > key(&pair[1])
+                    || (pair[0].phase == pair[1].phase && pair[0].records > pair[1].records);
+                assert!(!falls, "{pair:?}");
+            }
+            let last = told.last().unwrap();
+            assert_eq!((last.phase, last.fraction), (CachePhase::Records, Some(1.0)));
+            assert_eq!(last.records, output.cache.unwrap().records.len());
+        }
     }
 
     /// The hook is called with the complete cache or not at all, and a state without samples goes

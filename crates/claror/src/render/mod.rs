@@ -20,7 +20,7 @@ pub use state::RenderState;
 use std::time::Duration;
 
 use crate::film::{NonFinite, Picture};
-use crate::integrator::{GridCache, IntegratorKind, IrradianceCache, LookupCounts};
+use crate::integrator::{CacheProgress, GridCache, IntegratorKind, IrradianceCache, LookupCounts};
 use crate::scene::Scene;
 
 /// When to stop; the first of the limits that is reached counts. Without any, the sample count
@@ -66,6 +66,8 @@ pub trait Observer: Sync {
     /// Called after every round, after an interrupted one, and when it is due, from one thread:
     /// the moment to write a checkpoint.
     fn checkpoint(&self, state: &RenderState);
+    /// Called now and then while the irradiance cache is made, before [`Observer::cache_ready`].
+    fn cache_progress(&self, _progress: &CacheProgress) {}
     /// Called before the first sample, when the irradiance cache is complete.
     fn cache_ready(&self, _cache: &IrradianceCache) {}
     /// Called before the first sample, when the grid of `gridcache` is complete.

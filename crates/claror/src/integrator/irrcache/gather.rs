@@ -8,11 +8,11 @@
 
 use std::sync::Arc;
 
+use super::WalkEnd;
 use super::hash::lit_normal;
 use super::sky::SkyLight;
-use super::{Bounces, IrradianceHash};
 use crate::integrator::IntegratorSettings;
-use crate::integrator::path::record_walk;
+use crate::integrator::path::record_walk_at;
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{
     Cell, Criterion, Estimates, Grid, Hemisphere, MeshSettings, MeshTopology, Radii, RadiusBounds,
@@ -37,7 +37,9 @@ pub(in crate::integrator) struct Place {
 pub(in crate::integrator) struct Gatherer<'a> {
     pub(super) scene: &'a Scene,
     settings: &'a IntegratorSettings,
-    hash: Option<&'a IrradianceHash>,
+    ends: Option<WalkEnd<'a>>,
+    /// Surfaces that paths have left behind in front of the record.
+    depth: u32,
     grid: Grid,
     topology: Option<Arc<MeshTopology>>,
     mesh: MeshSettings,
@@ -67,7 +69,7 @@ impl<'a> Gatherer<'a> {
     pub(in crate::integrator) fn new(
         scene: &'a Scene,
         settings: &'a IntegratorSettings,
-        hash: Option<&'a IrradianceHash>,
+        ends: Option<WalkEnd<'a>>,
         seed: u64,
     ) -> Self {
         let cache = &settings.cache;
@@ -82,12 +84,12 @@ impl<'a> Gatherer<'a> {
             Grid::Polar { m: m as u32, n: (m * std::f64::consts::PI).round() as u32 }
         };
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);
-        let hash = if cache.bounces == Bounces::Hash { hash } else { None };
         let sampler = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
         Self {
             scene,
             settings,
-            hash,
+            ends,
+            depth: 0,
             grid,
             topology: uses_mesh.then(|| Arc::new(MeshTopology::new(n))),
             mesh: MeshSettings::new(FAR * extent),
@@ -96,6 +98,11 @@ impl<'a> Gatherer<'a> {
             largest: LARGEST_SHARE * extent,
             extent,
         }
+    }
+
+    /// For records with so many surfaces between them and the eye.
+    pub(super) fn behind(self, depth: u32) -> Self {
+        Self { depth, ..self }
     }
 
     /// The record at a place; `None` where it would not be valid.
@@ -185,8 +192,9 @@ impl<'a> Gatherer<'a> {
                 let mut sampler = self.samples.sampler(stream, morton(i, j));
                 let direction = self.grid.direction(i, j, sampler.next_2d());
                 let ray = place.si.spawn_ray(frame.to_world(direction));
+                let Self { scene, settings, ends, depth, .. } = *self;
                 let (radiance, hit) =
-                    record_walk(self.scene, self.settings, self.hash, &ray, &mut sampler, rays);
+                    record_walk_at(scene, settings, ends, depth, &ray, &mut sampler, rays);
                 too_near += usize::from(hit.as_ref().is_some_and(|hit| hit.t < nearest));
                 let (distance, normal) = hit.map_or((f32::INFINITY, Vec3::ZERO), |hit| {
                     (hit.t.max(nearest), frame.to_local(hit.ng))

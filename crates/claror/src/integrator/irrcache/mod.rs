@@ -14,6 +14,7 @@
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
 
+mod deep;
 mod file;
 pub(super) mod gather;
 mod hash;
@@ -21,6 +22,7 @@ mod inspect;
 mod parameters;
 mod prepass;
 mod probe;
+mod progress;
 mod settings;
 mod shade;
 mod signature;
@@ -31,8 +33,9 @@ mod visible;
 
 pub use file::CacheContents;
 pub use parameters::{ALIASES, CacheAlias, CacheParameter, PARAMETERS, is_cache_parameter};
-pub use prepass::{CacheStatistics, IsCancelled};
+pub use prepass::CacheStatistics;
 pub use probe::{Cause, Probe, ProbeSettings};
+pub use progress::{CachePhase, CacheProgress, CacheWatch, IsCancelled};
 pub use settings::{Bounces, IrrCacheSettings};
 pub(super) use shade::cached;
 pub use visible::{VisibleRecord, VisibleRecords};
@@ -41,6 +44,7 @@ use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
 use crate::math::{Bounds3, Ray};
 use crate::scene::Scene;
+use deep::DeepCache;
 pub(super) use hash::{IrradianceHash, direct_light, lit_normal};
 
 /// What a render asked of its cache.
@@ -76,6 +80,13 @@ impl LookupCounts {
     }
 }
 
+/// Where the walk of a record's ray may end before its time: at an irradiance that is known there.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum WalkEnd<'a> {
+    Hash(&'a IrradianceHash),
+    Cache(&'a DeepCache),
+}
+
 /// Records of irradiance with all that is needed to look them up.
 #[derive(Debug)]
 pub struct IrradianceCache {
@@ -90,10 +101,6 @@ pub struct IrradianceCache {
     is_history: bool,
 }
 
-/// In the second pass points are served also by a little weight: a record's far side is better
-/// than one ray.
-const LEAST_WEIGHT: f32 = 0.02;
-
 impl IrradianceCache {
     fn new(
         records: Vec<Record>,
@@ -102,8 +109,7 @@ impl IrradianceCache {
         hash: Option<IrradianceHash>,
         bounds: Bounds3,
     ) -> Self {
-        let lookup = settings.lookup();
-        let lookup = LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup };
+        let lookup = settings.frozen_lookup();
         let bounds = with_slack(bounds);
         let index = Index::finished(settings.index(), &records, bounds, lookup.reach());
         // Records that several views made are all there from the beginning.
@@ -183,6 +189,7 @@ impl<'a> CacheView<'a> {
         lookup_seen(self.records, index, query, settings, is_seen)
     }
 
+    /// Where walks of pixels may end.
     fn hash(&self) -> Option<&'a IrradianceHash> {
         self.cache.hash.as_ref()
     }

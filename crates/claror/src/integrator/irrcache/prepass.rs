@@ -11,11 +11,13 @@
 
 use rayon::prelude::*;
 
+use super::deep::DeepCache;
 use super::gather::{Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
+use super::progress::{CachePhase, CacheProgress, CacheWatch, IsCancelled, Share};
 use super::{
-    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, is_in_sight,
-    pixel_key, with_slack,
+    Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, WalkEnd,
+    is_in_sight, pixel_key, with_slack,
 };
 use crate::bsdf::BsdfAtHit;
 use crate::film::CropWindow;
@@ -93,20 +95,17 @@ impl CacheStatistics {
     }
 }
 
-/// Asked between batches.
-pub type IsCancelled<'a> = &'a (dyn Fn() -> bool + Sync);
-
 /// What the first pass looks through the camera with.
-struct Eye<'a> {
-    scene: &'a Scene,
+pub(super) struct Eye<'a> {
+    pub(super) scene: &'a Scene,
     camera: Camera,
-    samples: SamplerSettings,
+    pub(super) samples: SamplerSettings,
 }
 
 impl IrradianceCache {
     /// Fills a cache for what a sensor sees. `None` when cancelled.
     pub fn build(scene: &Scene, sensor: &Sensor, is_cancelled: IsCancelled) -> Option<Self> {
-        Self::update(scene, sensor, CacheContents::default(), is_cancelled)
+        Self::update(scene, sensor, CacheContents::default(), CacheWatch::silent(is_cancelled))
     }
 
     /// Adds to the records of `first`, which stay as they are, what a sensor sees besides; the hash
@@ -116,36 +115,39 @@ impl IrradianceCache {
         scene: &Scene,
         sensor: &Sensor,
         first: CacheContents,
-        is_cancelled: IsCancelled,
+        watch: CacheWatch,
     ) -> Option<Self> {
         let settings = &scene.tables.integrator;
         let bounds = scene.accel.bounds();
         if !settings.cache.overture() && !first.records.is_empty() {
             return Some(first.freeze(&settings.cache, bounds));
         }
-        let seed = sensor.sampler.seed;
-        let camera = Camera::new(sensor);
-        let crop = sensor.film.crop;
+        let eye = Eye::new(scene, sensor);
+        let (seed, crop) = (eye.samples.seed, sensor.film.crop);
         let needs_hash = settings.cache.bounces == Bounces::Hash && settings.max_depth.is_none();
         let (hash, filled) = if needs_hash {
-            let filled = IrradianceHash::new(scene, &camera, crop, seed, is_cancelled)?;
+            let filled = IrradianceHash::new(scene, &eye.camera, crop, seed, watch)?;
             (Some(filled.0), filled.1)
         } else {
             (None, HashStatistics::default())
         };
-        let gatherer = Gatherer::new(scene, settings, hash.as_ref(), seed);
-        let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
-        let eye = Eye { scene, camera, samples };
+        let deep = match settings.cache.bounces {
+            Bounces::Cache => Some(DeepCache::new(&eye, crop, watch)?),
+            Bounces::Hash | Bounces::Path => None,
+        };
+        let ends = hash.as_ref().map(WalkEnd::Hash).or(deep.as_ref().map(WalkEnd::Cache));
+        let gatherer = Gatherer::new(scene, settings, ends, seed);
         let old_hash = first.hash.clone();
         let (old_count, old_statistics) = (first.records.len(), first.statistics);
-        let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first);
+        let mut filling = Filling::new(&gatherer, &settings.cache, bounds, first, watch);
         if settings.cache.overture() {
-            filling.overture(&eye, crop, is_cancelled)?;
+            filling.overture(&eye, crop)?;
         } else {
-            filling.raster(&eye, crop, is_cancelled)?;
+            filling.raster(&eye, crop)?;
         }
-        filling.statistics.walks += filled.walks;
-        filling.statistics.rays += filled.rays;
+        let (deep_walks, deep_rays) = deep.as_ref().map_or((0, 0), DeepCache::cost);
+        filling.statistics.walks += filled.walks + deep_walks;
+        filling.statistics.rays += filled.rays + deep_rays;
         let (records, statistics) = filling.finish();
         if old_count > 0 && records.len() == old_count {
             // Nothing was missing: it stays as it was.
@@ -156,7 +158,7 @@ impl IrradianceCache {
 }
 
 /// A cache that is being filled.
-struct Filling<'a> {
+pub(super) struct Filling<'a> {
     gatherer: &'a Gatherer<'a>,
     lookup: LookupSettings,
     records: Vec<Record>,
@@ -167,6 +169,11 @@ struct Filling<'a> {
     neighbours: Option<Neighbours>,
     /// Where leaks are to be avoided.
     protected_scene: Option<&'a Scene>,
+    watch: CacheWatch<'a>,
+    phase: CachePhase,
+    share: Share,
+    /// Records and rays that there were before.
+    before: (usize, u64),
 }
 
 /// What is needed to clamp records by their neighbours.
@@ -202,11 +209,12 @@ impl Neighbours {
 }
 
 impl<'a> Filling<'a> {
-    fn new(
+    pub(super) fn new(
         gatherer: &'a Gatherer<'a>,
         cache: &IrrCacheSettings,
         bounds: Bounds3,
         first: CacheContents,
+        watch: CacheWatch<'a>,
     ) -> Self {
         let lookup = cache.lookup();
         let mut index = Index::growing(cache.index(), with_slack(bounds), lookup.reach());
@@ -218,18 +226,51 @@ impl<'a> Filling<'a> {
             .then(|| Neighbours::new(gatherer.radius.neighbour_slope(), &first.records));
         let CacheContents { records, statistics, .. } = first;
         let protected_scene = cache.leak_protection().then_some(gatherer.scene);
-        Self { gatherer, lookup, records, index, statistics, level: 0, neighbours, protected_scene }
+        Self {
+            gatherer,
+            lookup,
+            before: (records.len(), statistics.rays),
+            records,
+            index,
+            statistics,
+            level: 0,
+            neighbours,
+            protected_scene,
+            watch,
+            phase: CachePhase::Records,
+            share: Share::default(),
+        }
+    }
+
+    /// Of another phase, whose share is not known.
+    pub(super) fn during(self, phase: CachePhase) -> Self {
+        Self { phase, ..self }
+    }
+
+    /// Tells how far it is, with so much of the present step done.
+    fn tell(&mut self, part: f64) {
+        let stride = (self.phase == CachePhase::Records).then(|| 1 << self.level);
+        self.watch.tell(&CacheProgress {
+            phase: self.phase,
+            fraction: self.share.at(part),
+            stride,
+            records: self.records.len() - self.before.0,
+            rays: self.statistics.rays.saturating_sub(self.before.1),
+        });
     }
 
     /// From coarse to fine.
-    fn overture(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+    fn overture(&mut self, eye: &Eye, crop: CropWindow) -> Option<()> {
         let longest = crop.width.max(crop.height);
         let mut stride = (longest / COARSEST).max(1).next_power_of_two();
         let mut is_first = true;
+        // Rounds for clamped records count as one lattice more.
+        let rounds = u32::from(self.neighbours.is_some());
+        self.share = Share::of(stride.trailing_zeros() + 1 + rounds);
         while stride > 0 {
             let pixels = lattice(crop, stride, is_first);
             self.level = stride.trailing_zeros() as usize;
-            self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+            self.level(eye, crop.x, crop.y, &pixels)?;
             is_first = false;
             stride /= 2;
         }
@@ -237,7 +278,7 @@ impl<'a> Filling<'a> {
             let pixels = lattice(crop, 1, true);
             for _ in 0..MAX_ROUNDS {
                 let before = self.records.len();
-                self.level(eye, crop.x, crop.y, &pixels, is_cancelled)?;
+                self.level(eye, crop.x, crop.y, &pixels)?;
                 if self.records.len() == before {
                     break;
                 }
@@ -247,66 +288,66 @@ impl<'a> Filling<'a> {
     }
 
     /// Pixel after pixel, row by row.
-    fn raster(&mut self, eye: &Eye, crop: CropWindow, is_cancelled: IsCancelled) -> Option<()> {
+    fn raster(&mut self, eye: &Eye, crop: CropWindow) -> Option<()> {
+        self.share = Share::of(crop.height);
         for y in crop.y..crop.y + crop.height {
-            if is_cancelled() {
-                return None;
-            }
             let columns = (crop.x..crop.x + crop.width).into_par_iter();
             let row: Vec<Option<Place>> = columns.map(|x| eye.place(x, y)).collect();
             for place in row.into_iter().flatten() {
                 if !self.serves(&place) {
-                    self.batch(&[place]);
+                    self.batch(&[place])?;
                 }
             }
+            self.share.step();
+            self.tell(0.0);
         }
         Some(())
     }
 
     /// One lattice.
-    fn level(
-        &mut self,
-        eye: &Eye,
-        left: u32,
-        top: u32,
-        pixels: &[(u32, u32)],
-        is_cancelled: IsCancelled,
-    ) -> Option<()> {
-        let mut queue: Vec<Place> = pixels
-            .par_iter()
-            .map(|&(x, y)| eye.place(left + x, top + y).filter(|p| !self.serves(p)))
-            .collect::<Vec<_>>()
-            .into_iter()
-            .flatten()
-            .collect();
-        while !queue.is_empty() {
-            if is_cancelled() {
-                return None;
-            }
-            let batch = (self.records.len() / BATCH_SHARE).clamp(BATCH.0, BATCH.1).min(queue.len());
-            let rest = queue.split_off(batch);
-            self.batch(&queue);
-            queue = rest
-                .into_par_iter()
-                .map(|p| Some(p).filter(|p| !self.serves(p)))
-                .collect::<Vec<_>>()
-                .into_iter()
-                .flatten()
-                .collect();
-        }
+    fn level(&mut self, eye: &Eye, left: u32, top: u32, pixels: &[(u32, u32)]) -> Option<()> {
+        let places = pixels.par_iter().map(|&(x, y)| eye.place(left + x, top + y));
+        let places = places.collect::<Vec<_>>().into_iter().flatten().collect();
+        self.queue(places)?;
+        self.share.step();
+        self.tell(0.0);
         Some(())
     }
 
-    fn batch(&mut self, places: &[Place]) {
-        let gatherer = self.gatherer;
-        let made: Vec<(Option<Record>, u64)> = places
+    /// Makes records until all places are served. Returns how many were not at the beginning; `None`
+    /// when cancelled.
+    pub(super) fn queue(&mut self, places: Vec<Place>) -> Option<usize> {
+        let mut queue = self.unserved(places);
+        let count = queue.len();
+        while !queue.is_empty() {
+            self.tell(1.0 - queue.len() as f64 / count as f64);
+            let batch = (self.records.len() / BATCH_SHARE).clamp(BATCH.0, BATCH.1).min(queue.len());
+            let rest = queue.split_off(batch);
+            self.batch(&queue)?;
+            queue = self.unserved(rest);
+        }
+        Some(count)
+    }
+
+    /// The others, in the same order.
+    fn unserved(&self, places: Vec<Place>) -> Vec<Place> {
+        let left = places.into_par_iter().map(|p| Some(p).filter(|p| !self.serves(p)));
+        left.collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// Records at places, unless others of them serve; `None` when cancelled.
+    fn batch(&mut self, places: &[Place]) -> Option<()> {
+        let (gatherer, watch) = (self.gatherer, self.watch);
+        let made: Option<Vec<(Option<Record>, u64)>> = places
             .par_iter()
             .with_max_len(1)
             .map(|place| {
+                // A record may take long, and a batch has many.
                 let mut rays = 0;
-                (gatherer.record(place, &mut rays), rays)
+                (!watch.is_cancelled()).then(|| (gatherer.record(place, &mut rays), rays))
             })
             .collect();
+        let made = made?;
         for ((record, rays), place) in made.into_iter().zip(places) {
             self.statistics.rays += rays;
             let Some(record) = record else {
@@ -328,6 +369,7 @@ impl<'a> Filling<'a> {
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
         }
+        Some(())
     }
 
     fn serves(&self, place: &Place) -> bool {
@@ -342,25 +384,39 @@ impl<'a> Filling<'a> {
         lookup_seen(records, &self.index, &query, settings, is_seen).is_some()
     }
 
-    fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
+    pub(super) fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
         self.statistics.records = self.records.len();
         (self.records, self.statistics)
     }
 }
 
-impl Eye<'_> {
+impl<'a> Eye<'a> {
+    pub(super) fn new(scene: &'a Scene, sensor: &Sensor) -> Self {
+        let seed = sensor.sampler.seed;
+        let samples = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed };
+        Self { scene, camera: Camera::new(sensor), samples }
+    }
+
     /// The first diffuse surface that a pixel sees, mirrors and glass followed.
     fn place(&self, x: u32, y: u32) -> Option<Place> {
         let film = Vec2::new(x as f32, y as f32) + WITHIN_PIXEL;
-        let ray = self.camera.ray(film, Vec2::splat(0.5));
-        let beside = self.camera.ray(film + Vec2::X, Vec2::splat(0.5));
+        let rays = self.rays(film);
         let key = pixel_key(x, y);
         let mut sampler = Sampler::new(&self.samples, (x, y), u32::MAX);
-        let seen = first_diffuse(self.scene, ray, &mut sampler)?;
-        // Rays of one pixel start apart with a lens or without perspective. No difference of points
-        // on them: far from the origin it would be rounding.
-        let footprint = (beside.o - ray.o + (beside.d - ray.d) * seen.way).length();
-        Some(Place { si: seen.si, footprint, key })
+        let seen = first_diffuse(self.scene, rays[0], &mut sampler)?;
+        Some(Place { si: seen.si, footprint: Self::footprint(&rays, seen.way), key })
+    }
+
+    /// Through a point of the film, and through one a pixel beside it.
+    pub(super) fn rays(&self, film: Vec2) -> [Ray; 2] {
+        [film, film + Vec2::X].map(|film| self.camera.ray(film, Vec2::splat(0.5)))
+    }
+
+    /// Side of a pixel at the end of a way along such rays, scene units. They start apart with a lens
+    /// or without perspective. No difference of points on them: far from the origin it would be
+    /// rounding.
+    pub(super) fn footprint([ray, beside]: &[Ray; 2], way: f32) -> f32 {
+        (beside.o - ray.o + (beside.d - ray.d) * way).length()
     }
 }
 

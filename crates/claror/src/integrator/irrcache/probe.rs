@@ -170,7 +170,7 @@ fn irradiance(
     for index in 0..n * n {
         let mut sampler = Sampler::new(samples, stream, index);
         let ray = spawn(grid.direction(index % n, index / n, sampler.next_2d()));
-        let radiance = record_walk(scene, integrator, None, &ray, &mut sampler, rays).0;
+        let radiance = record_walk(scene, integrator, &ray, &mut sampler, rays).0;
         // What is not finite counts as black, as in records.
         if radiance.is_finite() {
             sum += radiance;

@@ -17,17 +17,20 @@ pub enum Bounces {
     /// irradiance there: much less noise, a little bias.
     #[default]
     Hash,
+    /// Random walks that end at a second, coarser cache, whose own records use [`Bounces::Path`].
+    Cache,
 }
 
 impl Bounces {
     /// All of them, the default first.
-    pub const ALL: [Self; 2] = [Self::Hash, Self::Path];
+    pub const ALL: [Self; 3] = [Self::Hash, Self::Path, Self::Cache];
 
     /// As scene files and the command line call it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Path => "path",
             Self::Hash => "hash",
+            Self::Cache => "cache",
         }
     }
 }
@@ -102,6 +105,8 @@ const DEFAULT_ERROR: f32 = 0.05;
 const DEFAULT_SAMPLES: f32 = 576.0;
 const DEFAULT_PIXEL_SAMPLES: f32 = 64.0;
 
+/// Sum of weights from which on points are served by a complete cache.
+const LEAST_WEIGHT: f32 = 0.02;
 /// How many records the oldest programs interpolated between.
 const THESIS_NEAREST: u32 = 4;
 /// Normals that differ by more belong to different sides.
@@ -151,6 +156,13 @@ impl IrrCacheSettings {
             nearest: self.nearest.unwrap_or(museum),
             ..usual
         }
+    }
+
+    /// How a complete cache is looked up. There points are served also by a little weight: a record's
+    /// far side is better than one ray.
+    pub fn frozen_lookup(&self) -> LookupSettings {
+        let lookup = self.lookup();
+        LookupSettings { min_weight: lookup.min_weight.min(LEAST_WEIGHT), ..lookup }
     }
 
     /// Rays of a record: as many as the error is worth if none were set.

@@ -3,6 +3,7 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::CacheView;
+use super::WalkEnd;
 use super::hash::lit_normal;
 use super::signature::Signature;
 use super::sky::SkyLight;
@@ -277,8 +278,15 @@ impl Chain<'_> {
         if share > 0.0 {
             let ray = at.si.spawn_ray(wi);
             let hash = self.cache.hash().filter(|_| self.settings.cache.debias <= 0.0);
-            let (found, hit) =
-                record_walk_at(scene, self.settings, hash, self.depth, &ray, sampler, rays);
+            let (found, hit) = record_walk_at(
+                scene,
+                self.settings,
+                hash.map(WalkEnd::Hash),
+                self.depth,
+                &ray,
+                sampler,
+                rays,
+            );
             let weight = match &sky {
                 Some(sky) if hit.is_none() => sky.share(wi, local.z),
                 _ => 1.0,

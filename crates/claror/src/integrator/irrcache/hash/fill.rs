@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::super::prepass::IsCancelled;
+use super::super::progress::{CachePhase, CacheProgress, CacheWatch};
 use super::table::Table;
 use super::{IrradianceHash, LEVELS, walk};
 use crate::film::CropWindow;
@@ -63,7 +63,7 @@ impl IrradianceHash {
         camera: &Camera,
         crop: CropWindow,
         seed: u64,
-        is_cancelled: IsCancelled,
+        watch: CacheWatch,
     ) -> Option<(Self, HashStatistics)> {
         let extent = scene.accel.bounds().extent().max_element().max(1e-20);
         let pixels = crop.width as usize * crop.height as usize;
@@ -76,10 +76,11 @@ impl IrradianceHash {
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
         let mut goal = WALKS.0;
+        let mut outlook = Outlook::default();
         loop {
             // A part at a time: what walks found is kept until it is in the tables.
             while statistics.walks < goal {
-                if is_cancelled() {
+                if watch.is_cancelled() {
                     return None;
                 }
                 let end = goal.min(statistics.walks + PART);
@@ -92,10 +93,12 @@ impl IrradianceHash {
                 sums.extend(chunks.iter().map(|c| [c.all, c.distant]));
                 statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
                 statistics.walks = end;
+                watch.tell(&outlook.progress(statistics));
             }
             // Where nothing is diffuse, walks have nothing to fill.
             let is_empty = tables.iter().all(Table::is_empty);
-            if is_empty || relative_error(&sums) <= WANTED || goal >= most {
+            let error = relative_error(&sums);
+            if is_empty || error <= WANTED || goal >= most {
                 let mut hash = walker.hash;
                 let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
                 // As when it is read from a file.
@@ -103,8 +106,32 @@ impl IrradianceHash {
                 hash.insert(&means, usize::MAX);
                 return Some((hash, statistics));
             }
+            outlook.learn(goal, most, error);
             goal *= 2;
         }
+    }
+}
+
+/// How many walks it will take, as far as that can be known.
+#[derive(Debug, Default)]
+struct Outlook {
+    walks: Option<usize>,
+    /// Share that was told last: it does not fall.
+    share: f64,
+}
+
+impl Outlook {
+    /// From the error of so many walks, which falls with the square root of their number.
+    fn learn(&mut self, walks: usize, most: usize, error: f64) {
+        let doublings = (error / WANTED).powi(2).log2().ceil().clamp(1.0, 32.0) as u32;
+        self.walks = Some((walks << doublings).min(most));
+    }
+
+    fn progress(&mut self, HashStatistics { walks, rays }: HashStatistics) -> CacheProgress {
+        let share = self.walks.map(|all| walks as f64 / all as f64);
+        self.share = self.share.max(share.unwrap_or(0.0)).min(1.0);
+        let fraction = share.map(|_| self.share);
+        CacheProgress { phase: CachePhase::Walks, fraction, stride: None, records: 0, rays }
     }
 }
 

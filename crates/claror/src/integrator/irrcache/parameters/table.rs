@@ -238,7 +238,7 @@ pub const PARAMETERS: &[CacheParameter] = &[
     CacheParameter {
         name: "bounces",
         unit: "",
-        doc: "light at the ends of a record's rays: walks that end at a coarse average, or do not",
+        doc: "light at the ends of a record's rays: walks that end at a coarse average, or do not, or at a second, coarser cache",
         changes_records: true,
         field: Field::Word {
             words: || Bounces::ALL.map(Bounces::name).to_vec(),

@@ -144,7 +144,8 @@ fn neighbours_clamp_each_other() {
         }
         assert!(limited > 0, "{criterion:?}");
         let contents = CacheContents::from_bytes(&cache.to_bytes()).expect("what was written");
-        let again = IrradianceCache::update(&scene, &scene.tables.sensors[0], contents, &|| false);
+        let watch = CacheWatch::silent(&|| false);
+        let again = IrradianceCache::update(&scene, &scene.tables.sensors[0], contents, watch);
         assert_eq!(again.expect("not cancelled").records, cache.records, "{criterion:?}");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("a pool");
         assert_eq!(pool.install(|| build(&scene)).records, cache.records);

@@ -1,3 +1,4 @@
+mod bounces;
 mod corner_cases;
 mod criteria;
 mod invariances;
@@ -112,14 +113,17 @@ fn film_mean_of(
 fn pictures_have_the_mean_of_path_traced_ones() {
     let mut t = mixed_room(32);
     t.tables.integrator = cached(IrrCacheSettings::default());
-    let scene = t.build();
-    let cache = build(&scene);
+    let mut scene = t.build();
     let (path, path_error) = film_mean(&scene, None, 400_000);
-    let (mean, error) = film_mean(&scene, Some(&cache), 100_000);
-    let tolerance = 4.5 * path_error.hypot(error) + 0.005 * path;
-    assert!((mean - path).abs() < tolerance, "{mean} cached, {path} traced, {tolerance}");
-    assert!(tolerance < 0.02 * path, "the test could tell nothing");
-    assert!(error < path_error, "100 000 cached samples: {error}; 400 000 paths: {path_error}");
+    for bounces in [Bounces::Hash, Bounces::Cache] {
+        scene.tables.integrator.cache.bounces = bounces;
+        let cache = build(&scene);
+        let (mean, error) = film_mean(&scene, Some(&cache), 100_000);
+        let tolerance = 4.5 * path_error.hypot(error) + 0.005 * path;
+        assert!((mean - path).abs() < tolerance, "{mean} cached, {path} traced, {tolerance}");
+        assert!(tolerance < 0.02 * path, "the test could tell nothing");
+        assert!(error < path_error, "100 000 cached samples: {error}; 400 000 paths: {path_error}");
+    }
 }
 
 /// A room with a window to a bright sky, a lamp that is not, a varnished floor and a mirror.
