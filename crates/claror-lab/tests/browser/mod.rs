@@ -170,6 +170,30 @@ impl Browser {
         printed["data"].as_str().unwrap().len()
     }
 
+    /// Neither did the page ask for anything that is not in it, nor was there an error or a warning.
+    pub(crate) fn expect_nothing_asked_or_complained(&self) {
+        for event in &self.events {
+            let parameters = &event["params"];
+            match event["method"].as_str().unwrap_or_default() {
+                "Network.requestWillBeSent" => {
+                    let url = parameters["request"]["url"].as_str().unwrap();
+                    let local = ["file:", "data:", "blob:", "about:"];
+                    assert!(local.iter().any(|p| url.starts_with(p)), "asked for {url}");
+                }
+                "Runtime.exceptionThrown" => panic!("{parameters}"),
+                "Runtime.consoleAPICalled" => {
+                    let kind = parameters["type"].as_str().unwrap();
+                    assert!(!matches!(kind, "error" | "warning" | "assert"), "{parameters}");
+                }
+                "Log.entryAdded" => {
+                    let level = parameters["entry"]["level"].as_str().unwrap();
+                    assert!(!matches!(level, "error" | "warning"), "{parameters}");
+                }
+                _ => {}
+            }
+        }
+    }
+
     fn save(&self, path: &Path, answer: &Value) {
         use base64::Engine;
         let data = answer["data"].as_str().unwrap();
