@@ -75,17 +75,14 @@ impl Snapshot {
             parts.push(format!("{} left", units::duration(remaining)));
         }
         let time = self.rays_time(elapsed);
-        if self.rays > 0 && !time.is_zero() {
+        // Eighty columns have room for rays or records.
+        if let Some(stage) = self.stage.filter(|stage| stage.records > 0) {
+            parts.push(units::plural(stage.records, "record"));
+            let stride = stage.stride.map(|stride| units::plural(stride.into(), "pixel"));
+            parts.extend(stride.map(|stride| format!("every {stride}")));
+        } else if self.rays > 0 && !time.is_zero() {
             let rate = self.rays as f64 / time.as_secs_f64();
             parts.push(format!("{}rays/s", units::decimal(rate)));
-        }
-        if let Some(Stage { records, stride, .. }) = self.stage {
-            if records > 0 {
-                parts.push(units::plural(records, "record"));
-            }
-            if let Some(stride) = stride {
-                parts.push(format!("every {}", units::plural(stride.into(), "pixel")));
-            }
         }
         if let Some(error) = self.error {
             parts.push(format!("error {error:.4}"));
@@ -406,7 +403,7 @@ mod tests {
             ..Snapshot::default()
         };
         let line = snapshot.line(Duration::from_secs(10));
-        assert_eq!(line, " 40 %, 10 s, 3.00 Mrays/s, 1 250 records, every 8 pixels");
+        assert_eq!(line, " 40 %, 10 s, 1 250 records, every 8 pixels");
         let event = snapshot.json("render", Duration::from_secs(10));
         assert_eq!((&event["phase"], &event["stage"]), (&json!("render"), &json!("records")));
         assert_eq!((&event["records"], &event["stride"]), (&json!(1250), &json!(8)));
