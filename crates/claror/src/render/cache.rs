@@ -178,7 +178,7 @@ mod tests {
     }
 
     fn coarse() -> IrrCacheSettings {
-        IrrCacheSettings { gather_samples: Some(100), noise: 0.5, ..Default::default() }
+        IrrCacheSettings { gather_samples: Some(100), noise: Some(0.5), ..Default::default() }
     }
 
     fn run(scene: &Scene, sensor: usize, start: Start) -> Result<RenderOutput, RenderError> {

@@ -124,9 +124,9 @@ fn coarser(cache: &IrrCacheSettings) -> IrrCacheSettings {
     IrrCacheSettings {
         error: ERROR * cache.error,
         accuracy: Some(ACCURACY * cache.accuracy()),
-        noise: NOISE * cache.noise,
+        noise: Some(NOISE * cache.noise()),
         gather_samples: Some((cache.gather_samples() / FEWER_RAYS).max(least)),
-        min_pixel_spacing: SPACING * cache.min_pixel_spacing,
+        min_pixel_spacing: Some(SPACING * cache.min_pixel_spacing()),
         max_pixel_spacing: SPACING * cache.max_pixel_spacing,
         min_radius: SPACING * cache.min_radius,
         max_radius: SPACING * cache.max_radius,

@@ -206,7 +206,12 @@ mod tests {
     use crate::scene::test_scene::mixed_room;
 
     fn settings() -> IrrCacheSettings {
-        IrrCacheSettings { gather_samples: Some(64), noise: 1.0, error: 1.0, ..Default::default() }
+        IrrCacheSettings {
+            gather_samples: Some(64),
+            noise: Some(1.0),
+            error: 1.0,
+            ..Default::default()
+        }
     }
 
     fn cache() -> IrradianceCache {

@@ -141,7 +141,8 @@ impl<'a> Gatherer<'a> {
             let least = self.extent / cache.ambient_resolution;
             [least, (AMBIENT_RANGE * least).min(self.largest)].map(|radius| accuracy * radius)
         } else {
-            let pixels = [cache.min_pixel_spacing, cache.max_pixel_spacing].map(|n| n * footprint);
+            let pixels =
+                [cache.min_pixel_spacing(), cache.max_pixel_spacing].map(|n| n * footprint);
             [pixels[0], pixels[1].min(self.largest)]
         };
         RadiusBounds {
@@ -154,7 +155,7 @@ impl<'a> Gatherer<'a> {
     /// Batches of rays until the irradiance is as exact as wanted. Whole batches are added, never
     /// rays where the first ones look uncertain, which would bias.
     fn quiet_hemisphere(&self, place: &Place, frame: &Frame, rays: &mut u64) -> Option<Hemisphere> {
-        let noise = self.settings.cache.noise;
+        let noise = self.settings.cache.noise();
         let mut all = self.hemisphere(place, frame, 0, rays)?;
         if all.relative_error() <= noise {
             return Some(all);

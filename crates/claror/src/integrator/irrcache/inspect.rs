@@ -73,7 +73,7 @@ mod tests {
     fn scene(mut t: TestScene) -> Scene {
         let cache = IrrCacheSettings {
             gather_samples: Some(100),
-            noise: 0.5,
+            noise: Some(0.5),
             leak_protection: Some(false),
             ..Default::default()
         };

@@ -51,11 +51,11 @@ pub struct IrrCacheSettings {
     /// Elliptic regions, for the same.
     pub ellipse: bool,
     /// Relative standard error of a record that is worth more rays.
-    pub noise: f32,
+    pub noise: Option<f32>,
     /// Rays of a record.
     pub gather_samples: Option<u32>,
     /// Least radius, pixels.
-    pub min_pixel_spacing: f32,
+    pub min_pixel_spacing: Option<f32>,
     /// Largest radius, pixels.
     pub max_pixel_spacing: f32,
     /// Least radius, scene units; 0: in pixels.
@@ -100,10 +100,14 @@ pub struct IrrCacheSettings {
 
 /// With this error and so many rays per record, and so many samples in the pixels that need them,
 /// the Cornell box has least squared error times time. What each part adds to the error changes
-/// with the rays and samples by about these powers.
+/// with the rays and samples by about the powers of the error that are used below.
 const DEFAULT_ERROR: f32 = 0.05;
 const DEFAULT_SAMPLES: f32 = 576.0;
 const DEFAULT_PIXEL_SAMPLES: f32 = 64.0;
+/// Samples of a pixel lie on a grid, so that its error falls faster than that of independent ones.
+const PIXEL_SAMPLES_EXPONENT: f32 = 0.8;
+const DEFAULT_NOISE: f32 = 0.1;
+const DEFAULT_SPACING: f32 = 3.0;
 
 /// Sum of weights from which on points are served by a complete cache.
 const LEAST_WEIGHT: f32 = 0.02;
@@ -174,7 +178,20 @@ impl IrrCacheSettings {
 
     /// Samples that a pixel may get at most, unless the scene wants more.
     pub fn pixel_samples(&self) -> u32 {
-        (DEFAULT_PIXEL_SAMPLES * self.refinement()).clamp(16.0, 65_536.0) as u32
+        let derived = DEFAULT_PIXEL_SAMPLES * self.refinement().powf(PIXEL_SAMPLES_EXPONENT);
+        derived.clamp(16.0, 65_536.0) as u32
+    }
+
+    /// Relative standard error of a record that is worth more rays.
+    pub fn noise(&self) -> f32 {
+        self.noise.unwrap_or(DEFAULT_NOISE / self.refinement().max(1.0).sqrt())
+    }
+
+    /// Least radius in pixels. It becomes finer as radii do, or the error would end there; not
+    /// coarser, since details are as large as they are.
+    pub fn min_pixel_spacing(&self) -> f32 {
+        let derived = DEFAULT_SPACING / self.refinement().max(1.0).powf(0.25);
+        self.min_pixel_spacing.unwrap_or(derived)
     }
 
     /// How much finer than by default everything is to be.
@@ -233,9 +250,9 @@ impl Default for IrrCacheSettings {
             quality: 1.0,
             exponent: 0.25,
             ellipse: false,
-            noise: 0.1,
+            noise: None,
             gather_samples: None,
-            min_pixel_spacing: 3.0,
+            min_pixel_spacing: None,
             max_pixel_spacing: 160.0,
             min_radius: 0.0,
             max_radius: 0.0,
@@ -257,5 +274,34 @@ impl Default for IrrCacheSettings {
             analytic_direct: true,
             debias: 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sixteenth of the error: radii are half as large (`exponent`), so the least one is, too; a
+    /// record has a quarter of the noise, from four times the rays.
+    #[test]
+    fn one_knob_sets_all() {
+        let parts = |error: f32, quality: f32| {
+            let s = IrrCacheSettings { error, quality, ..Default::default() };
+            (s.gather_samples(), s.pixel_samples(), s.noise(), s.min_pixel_spacing())
+        };
+        assert_eq!(parts(0.05, 1.0), (576, 64, 0.1, 3.0));
+        let (rays, samples, noise, spacing) = parts(0.003_125, 1.0);
+        // 64 · 16^0.8 = 588.1
+        assert_eq!((rays, samples), (2304, 588));
+        assert!((noise - 0.025).abs() < 1e-6 && (spacing - 1.5).abs() < 1e-6);
+        assert_eq!(parts(0.05, 16.0), parts(0.003_125, 1.0));
+        // Coarser: fewer rays and samples, but details are as large as they are.
+        assert_eq!(parts(0.8, 1.0), (144, 16, 0.1, 3.0));
+        let own = IrrCacheSettings {
+            noise: Some(0.3),
+            min_pixel_spacing: Some(7.0),
+            ..Default::default()
+        };
+        assert_eq!((own.noise(), own.min_pixel_spacing()), (0.3, 7.0));
     }
 }

@@ -124,7 +124,7 @@ mod tests {
     fn quick(t: &mut TestScene) {
         t.tables.integrator.kind = IntegratorKind::IrradianceCache;
         t.tables.integrator.cache =
-            IrrCacheSettings { gather_samples: Some(100), noise: 0.5, ..Default::default() };
+            IrrCacheSettings { gather_samples: Some(100), noise: Some(0.5), ..Default::default() };
     }
 
     /// In a room with a mirror ball, records are seen where the camera's rays end, and as many as

@@ -197,8 +197,8 @@ fn a_coarse_cache_is_found_out() {
         criterion: Criterion::Ward88,
         accuracy: Some(5.0),
         gather_samples: Some(16),
-        noise: 1e3,
-        min_pixel_spacing: 40.0,
+        noise: Some(1e3),
+        min_pixel_spacing: Some(40.0),
         ..Default::default()
     };
     let kind = IntegratorKind::IrradianceCache;

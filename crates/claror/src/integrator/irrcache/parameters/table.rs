@@ -65,9 +65,9 @@ pub const PARAMETERS: &[CacheParameter] = &[
     CacheParameter {
         name: "noise",
         unit: "1",
-        doc: "relative standard error of a record: up to sixteen times the rays until it is met",
+        doc: "relative standard error of a record: up to sixteen times the rays until it is met; by default what `error` is worth",
         changes_records: true,
-        field: positive(|s| s.noise, |s, v| s.noise = v),
+        field: positive(IrrCacheSettings::noise, |s, v| s.noise = Some(v)),
     },
     CacheParameter {
         name: "gather_samples",
@@ -84,9 +84,9 @@ pub const PARAMETERS: &[CacheParameter] = &[
     CacheParameter {
         name: "min_pixel_spacing",
         unit: "pixels",
-        doc: "least radius of a record",
+        doc: "least radius of a record; by default finer where `error` is",
         changes_records: true,
-        field: positive(|s| s.min_pixel_spacing, |s, v| s.min_pixel_spacing = v),
+        field: positive(IrrCacheSettings::min_pixel_spacing, |s, v| s.min_pixel_spacing = Some(v)),
     },
     CacheParameter {
         name: "max_pixel_spacing",

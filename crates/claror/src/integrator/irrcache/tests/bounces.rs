@@ -47,7 +47,8 @@ fn furnaces_have_all_their_bounces() {
 #[test]
 fn walks_end_at_the_deep_cache() {
     let rays = |bounces| {
-        let scene = furnace(0.8, IrrCacheSettings { bounces, noise: 1e9, ..Default::default() });
+        let scene =
+            furnace(0.8, IrrCacheSettings { bounces, noise: Some(1e9), ..Default::default() });
         let IrradianceCache { records, statistics, .. } = build(&scene);
         let shared = if bounces == Bounces::Cache { deep_cache(&scene).cost().1 } else { 0 };
         (statistics.rays - shared) as f64 / records.len() as f64

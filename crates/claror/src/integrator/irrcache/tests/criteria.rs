@@ -80,10 +80,10 @@ fn finer_caches_converge_to_paths() {
         t.tables.integrator = cached(IrrCacheSettings {
             error,
             gather_samples: Some(gather_samples),
-            min_pixel_spacing,
+            min_pixel_spacing: Some(min_pixel_spacing),
             bounces: Bounces::Path,
             // The number of rays is what was asked for.
-            noise: 1e9,
+            noise: Some(1e9),
             ..Default::default()
         });
         t.build()

@@ -12,7 +12,7 @@ use crate::scene::test_scene::mixed_room;
 fn coarse() -> IrrCacheSettings {
     IrrCacheSettings {
         error: 0.1,
-        noise: 1.0,
+        noise: Some(1.0),
         gather_samples: Some(64),
         leak_protection: Some(false),
         bounces: Bounces::Path,
@@ -247,7 +247,7 @@ fn radii_follow_their_parameters() {
         unlimited.into_iter().all(|r| r.radii[0] == r.radii[1])
     };
 
-    let small = IrrCacheSettings { min_pixel_spacing: 0.3, ..coarse() };
+    let small = IrrCacheSettings { min_pixel_spacing: Some(0.3), ..coarse() };
     assert!(round(&cache(small).records));
     assert!(!round(&cache(IrrCacheSettings { ellipse: true, ..small }).records));
     // The radius of the first record, which is the same point: ℓ (2ε/κ)^η.
@@ -256,7 +256,7 @@ fn radii_follow_their_parameters() {
     assert_ne!(square[0].natural_radius, usual[0].natural_radius);
     let crevices = |records: &[Record]| records.iter().any(|r| r.flags & Record::CREVICE != 0);
     // Larger pixels: least radii above what crevices allow.
-    let big = IrrCacheSettings { min_pixel_spacing: 12.0, ..coarse() };
+    let big = IrrCacheSettings { min_pixel_spacing: Some(12.0), ..coarse() };
     assert!(crevices(&cache(big).records));
     assert!(!crevices(&cache(IrrCacheSettings { crevice_spread: Some(0.0), ..big }).records));
 }

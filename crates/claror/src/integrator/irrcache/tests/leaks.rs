@@ -148,7 +148,8 @@ fn coinciding_surfaces_have_no_records() {
         let lamp = place(DVec3::new(0.0, 0.0, 2.0), -DVec3::Z, DVec3::ONE);
         let lamp = t.shape(ShapeKind::Rectangle(lamp), grey);
         t.emit(lamp, Rgb::WHITE);
-        let noise = IrrCacheSettings { noise: 1e3, bounces: Bounces::Path, ..Default::default() };
+        let noise =
+            IrrCacheSettings { noise: Some(1e3), bounces: Bounces::Path, ..Default::default() };
         t.tables.integrator = settings(noise);
         t.build()
     };

@@ -229,8 +229,8 @@ fn debias_takes_the_bias_of_a_coarse_cache_away() {
             accuracy: Some(5.0),
             error: 5.0,
             gather_samples: Some(16),
-            noise: 1e3,
-            min_pixel_spacing: 40.0,
+            noise: Some(1e3),
+            min_pixel_spacing: Some(40.0),
             debias,
             ..Default::default()
         };
@@ -311,7 +311,7 @@ fn hidden_lamps_are_looked_through() {
         let lamp = t.shape(ShapeKind::Rectangle(lamp), grey);
         t.emit(lamp, Rgb::WHITE);
         t.camera(DVec3::new(0.0, 0.0, -0.9), DVec3::Z, 60.0, 24);
-        let settings = cached(IrrCacheSettings { noise: 1.0, ..Default::default() });
+        let settings = cached(IrrCacheSettings { noise: Some(1.0), ..Default::default() });
         t.tables.integrator = IntegratorSettings { hide_emitters, ..settings };
         let records = build(&t.build()).records;
         let count = |z: f32| records.iter().filter(|r| (r.position.z - z).abs() < 1e-3).count();
