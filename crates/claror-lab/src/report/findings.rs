@@ -123,7 +123,7 @@ fn took(time: TimeToError) -> String {
     }
 }
 
-/// In the longest of the equal times: who has the smallest error.
+/// In the longest of the equal times: who has the smallest error, and how much more the others.
 fn equal_time(scene: &SceneStudy) -> Option<Finding> {
     let longest = scene.equal_time.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds))?;
     let error = |(series, _, setting): &(&Series, usize, &Setting)| {
@@ -133,13 +133,17 @@ fn equal_time(scene: &SceneStudy) -> Option<Finding> {
     let mut errors: Vec<(String, f64)> =
         contenders(scene, longest).iter().filter_map(error).collect();
     errors.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let [(best, least), .., (worst, most)] = &errors[..] else { return None };
+    let [(best, least), others @ ..] = &errors[..] else { return None };
+    let other = |(name, error): &(String, f64)| {
+        let times = number::times(error / least);
+        format!("{name} {} ({times} times as much)", number::scientific(*error))
+    };
+    let others = list(&others.iter().map(other).collect::<Vec<_>>());
     let text = format!(
-        "In about {}\u{202f}s of wall-clock time, {best} reached a relMSE of {} and {worst} {}: {} times as much.",
+        "In about {}\u{202f}s of wall-clock time, {best} reached a relMSE of {}{}{others}.",
         number::plain(longest.seconds),
         number::scientific(*least),
-        number::scientific(*most),
-        number::times(most / least),
+        if others.is_empty() { "" } else { ", " },
     );
     Some(finding("equal-time", text))
 }
@@ -239,8 +243,8 @@ pub(super) fn compared(scene: &SceneStudy) -> String {
         let what = match (&series.kind, n) {
             (SeriesKind::Steps, 1) => "step",
             (SeriesKind::Steps, _) => "steps",
-            (SeriesKind::EqualTime, 1) => "time",
-            (SeriesKind::EqualTime, _) => "times",
+            (SeriesKind::EqualTime, 1) => "setting of equal time",
+            (SeriesKind::EqualTime, _) => "settings of equal time",
             (SeriesKind::Sweep { .. }, 1) => "setting",
             (SeriesKind::Sweep { .. }, _) => "settings",
         };
@@ -300,7 +304,7 @@ mod tests {
         scene.equal_time = vec![EqualTime { seconds: 2.0, entries }];
         let text = equal_time(&scene).unwrap().text.replace('\u{202f}', " ");
         assert!(text.contains("Caching reached a relMSE of 1.00 × 10⁻³"), "{text}");
-        assert!(text.ends_with("Path tracing 1.00 × 10⁻²: 10 times as much."), "{text}");
+        assert!(text.ends_with("Path tracing 1.00 × 10⁻² (10 times as much)."), "{text}");
     }
 
     #[test]

@@ -112,7 +112,7 @@ fn equal_error(scene: &Scene<'_>) -> Markup {
     html! {
         h3 id={(scene.slug) "-equal-error"} { "CPU time to equal error" }
         div.scroll tabindex="0" role="region" aria-label="CPU time to equal error" {
-            table {
+            table.names {
                 caption { span { "CPU seconds to reach a relMSE, interpolated between settings; ≤ where already the fastest setting of a method is better, > where not even its slowest is that good. Fastest in bold, the ratio is that of the slowest to it." } }
                 thead { tr { th scope="col" { "relMSE" } @for name in &names { th.num scope="col" { (findings::label(scene.study, name)) } } th.num scope="col" { "Ratio" } } }
                 tbody { @for row in rows { (error_row(row, &names)) } }
