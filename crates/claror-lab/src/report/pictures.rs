@@ -16,7 +16,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::charts;
-use crate::study::{Run, SceneStudy, SeriesKind, Setting};
+use crate::study::{Run, SceneStudy, Series, SeriesKind, Setting};
 
 /// Widest picture of a strip in pixels; wider ones are averaged down by a whole factor.
 const MAX_STRIP_WIDTH: usize = 800;
@@ -165,13 +165,19 @@ impl Pictures {
     }
 }
 
-/// 0 for equal times, 1 for steps, 2 for other settings.
+/// Whether a series is shown setting by setting: steps, and whatever there are further pictures of.
+pub(super) fn is_shown_in_steps(series: &Series) -> bool {
+    let is_illustrated = series.settings.iter().any(|s| !s.illustrations.is_empty());
+    matches!(series.kind, SeriesKind::Steps) || is_illustrated
+}
+
+/// 0 for equal times, 1 for what is shown setting by setting, 2 for other settings.
 fn importance(scene: &SceneStudy, (series, setting): (usize, usize)) -> u8 {
     let series = &scene.series[series];
     let is_here = |entry: &(String, usize)| entry.0 == series.name && entry.1 == setting;
     if scene.equal_time.iter().any(|t| t.entries.iter().any(is_here)) {
         0
-    } else if matches!(series.kind, SeriesKind::Steps) {
+    } else if is_shown_in_steps(series) {
         1
     } else {
         2

@@ -4,8 +4,9 @@ use maud::{Markup, PreEscaped, html};
 
 use super::chart::Chart;
 use super::number::rich;
+use super::pictures::is_shown_in_steps;
 use super::{Scene, chart_file, command_line, findings, number, page, strips, svg, tables};
-use crate::study::{SeriesKind, TimeToError};
+use crate::study::TimeToError;
 
 /// Everything about one scene.
 pub(super) fn section(scene: &Scene<'_>) -> Markup {
@@ -20,7 +21,7 @@ pub(super) fn section(scene: &Scene<'_>) -> Markup {
             (strips::equal_time(scene))
             (strips::comparer(scene))
             @for (index, series) in study.series.iter().enumerate() {
-                @if matches!(series.kind, SeriesKind::Steps) { (strips::steps(scene, index)) }
+                @if is_shown_in_steps(series) { (strips::steps(scene, index)) }
             }
             (tables::settings(scene))
             (tables::phases(scene))

@@ -124,7 +124,7 @@ fn compare_button(
     }
 }
 
-/// A series of steps: each as a figure of its own.
+/// A series setting by setting: each as a figure of its own.
 pub(super) fn steps(scene: &Scene<'_>, index: usize) -> Markup {
     let series = &scene.study.series[index];
     html! {
