@@ -179,7 +179,8 @@ impl IrrCacheSettings {
     /// Samples that a pixel may get at most, unless the scene wants more.
     pub fn pixel_samples(&self) -> u32 {
         let derived = DEFAULT_PIXEL_SAMPLES * self.refinement().powf(PIXEL_SAMPLES_EXPONENT);
-        derived.clamp(16.0, 65_536.0) as u32
+        // Sobol points are evenly spread at powers of two, and much worse between them.
+        derived.clamp(16.0, 65_536.0).log2().round().exp2() as u32
     }
 
     /// Relative standard error of a record that is worth more rays.
@@ -291,8 +292,8 @@ mod tests {
         };
         assert_eq!(parts(0.05, 1.0), (576, 64, 0.1, 3.0));
         let (rays, samples, noise, spacing) = parts(0.003_125, 1.0);
-        // 64 · 16^0.8 = 588.1
-        assert_eq!((rays, samples), (2304, 588));
+        // 64 · 16^0.8 = 588.1, of which 512 is the nearest power of two.
+        assert_eq!((rays, samples), (2304, 512));
         assert!((noise - 0.025).abs() < 1e-6 && (spacing - 1.5).abs() < 1e-6);
         assert_eq!(parts(0.05, 16.0), parts(0.003_125, 1.0));
         // Coarser: fewer rays and samples, but details are as large as they are.
