@@ -12,7 +12,9 @@ const FEW_SAMPLES: u32 = 16;
 /// What decides whether a pixel and its neighbours need more samples.
 #[derive(Clone, Copy, Default)]
 struct State {
-    /// What its samples met; mixed also where they are off.
+    /// It is off, or has few samples yet and they met different things.
+    is_needy: bool,
+    /// What its samples met.
     signature: u32,
     is_young: bool,
 }
@@ -193,7 +195,8 @@ impl Film {
             let is_off = relative_squared_error(pixel) > limit;
             let is_mixed = pixel.signature == PixelSums::MIXED && pixel.count < FEW_SAMPLES;
             states[y * width + x] = State {
-                signature: if is_off || is_mixed { PixelSums::MIXED } else { pixel.signature },
+                is_needy: is_off || is_mixed,
+                signature: pixel.signature,
                 is_young: pixel.count < FEW_SAMPLES,
             };
         });
@@ -203,7 +206,7 @@ impl Film {
             let (x, y) = (i % width, i / width);
             let mine = states[i];
             let differs = |other: State| {
-                other.signature == PixelSums::MIXED
+                other.is_needy
                     || (mine.is_young && other.is_young && other.signature != mine.signature)
             };
             *needs =

@@ -85,17 +85,38 @@ impl LightCandidate {
     /// cache holds.
     pub(super) fn split_contribution(&self, scene: &Scene, glossy: &BsdfAtHit) -> Rgb {
         let sample = &self.sample;
-        let is_sky = !self.is_near() && !sample.is_delta && scene.lights.has_cached_sky();
-        let cached = if is_sky {
-            scene.lights.cached_sky_radiance(&scene.tables, sample.wi)
-        } else {
-            Rgb::BLACK
-        };
+        let cached = self.cached_sky(scene);
         let other = glossy.eval(sample.wi);
         let pdf = if sample.is_delta { 0.0 } else { other.pdf };
         let sum = self.eval.diffuse * (sample.radiance - cached)
             + other.value * sample.radiance * power_heuristic(sample.pdf, pdf);
         sum * (1.0 / sample.pdf)
+    }
+
+    /// Irradiance of a surface with normal `n` on the lit side, without the sky that a cache holds,
+    /// W·m⁻².
+    pub(super) fn irradiance(&self, scene: &Scene, n: Vec3) -> Rgb {
+        let sample = &self.sample;
+        let scale = sample.wi.dot(n).max(0.0) / sample.pdf;
+        (sample.radiance - self.cached_sky(scene)) * scale
+    }
+
+    /// The part of the radiance that a cache holds.
+    fn cached_sky(&self, scene: &Scene) -> Rgb {
+        let is_sky = !self.is_near() && !self.sample.is_delta && scene.lights.has_cached_sky();
+        if is_sky {
+            scene.lights.cached_sky_radiance(&scene.tables, self.sample.wi)
+        } else {
+            Rgb::BLACK
+        }
+    }
+
+    /// The contribution of the part `glossy` of the BSDF alone, which is sampled besides.
+    pub(super) fn glossy_contribution(&self, glossy: &BsdfAtHit) -> Rgb {
+        let sample = &self.sample;
+        let other = glossy.eval(sample.wi);
+        let pdf = if sample.is_delta { 0.0 } else { other.pdf };
+        other.value * sample.radiance * (power_heuristic(sample.pdf, pdf) / sample.pdf)
     }
 
     /// Whether the light is at a finite place.

@@ -71,6 +71,13 @@ struct Walk<'a> {
     first_hit: Option<FirstHit>,
 }
 
+/// Irradiance at the end of a walk.
+struct Known {
+    irradiance: Rgb,
+    /// Direct light included.
+    is_total: bool,
+}
+
 /// What the first ray of a record's walk met.
 #[derive(Clone, Copy)]
 pub(super) struct FirstHit {
@@ -196,7 +203,7 @@ impl Walk<'_> {
         si: &SurfaceInteraction,
         bsdf: &BsdfAtHit,
         sampler: &mut Sampler,
-    ) -> Option<Rgb> {
+    ) -> Option<Known> {
         let ends = self.ends?;
         if bsdf.diffuse_albedo().is_black() {
             return None;
@@ -204,9 +211,9 @@ impl Walk<'_> {
         match ends {
             WalkEnd::Hash(hash) => {
                 sampler.set_dimension(self.vertex_dimension() + 3);
-                hash.lookup(si, sampler.next_2d())
+                hash.lookup(si, sampler.next_2d()).map(|found| Known{irradiance: found.total(), is_total: true})
             }
-            WalkEnd::Cache(cache) => cache.irradiance(self.scene, si, self.depth, &mut self.rays),
+            WalkEnd::Cache(cache) => cache.irradiance(self.scene, si, self.depth, &mut self.rays).map(|irradiance| Known { irradiance, is_total: false }),
         }
     }
 
@@ -216,13 +223,16 @@ impl Walk<'_> {
         &mut self,
         si: &SurfaceInteraction,
         bsdf: &BsdfAtHit,
-        irradiance: Rgb,
+        Known { irradiance, is_total }: Known,
         sampler: &mut Sampler,
     ) -> Option<Ray> {
         self.later += self.throughput * bsdf.diffuse_albedo() * irradiance * FRAC_1_PI;
         let dimension = self.vertex_dimension();
         sampler.set_dimension(dimension);
         if bsdf.is_diffuse() {
+            if is_total {
+                return None;
+            }
             self.rays += 1;
             self.later += self.throughput * direct_light(self.scene, si, bsdf, sampler);
             return None;
@@ -238,7 +248,7 @@ impl Walk<'_> {
             if let Some(light) = sample_light(self.scene, &reference, bsdf, u_select, u)
                 && light.is_visible(self.scene, si)
             {
-                self.later += self.throughput * light.split_contribution(self.scene, &glossy);
+                self.later += self.throughput * if is_total { light.glossy_contribution(&glossy) } else { light.split_contribution(self.scene, &glossy) };
             }
         }
         sampler.set_dimension(dimension + 2);

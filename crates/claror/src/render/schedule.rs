@@ -24,6 +24,11 @@ const PATH_SAMPLES: u32 = 4;
 /// share of the error asked for, of which the rest is the cache's.
 const TOLERANCE: f32 = 0.006;
 const TARGET_SHARE: f32 = 0.7;
+/// Samples from which on a pixel's tolerance rises in proportion to them. With a constant one all
+/// effort would go to the noisiest pixels; squared error is the least for the effort where each
+/// further sample takes as much of it from one pixel as from another, which is so with the root
+/// of the samples. That errors are known from few samples only calls for more.
+const RISING_FROM: f32 = 16.0;
 
 /// The number of samples per pixel at which the round ends that begins at `done`: the next of 1,
 /// 2, 4 … [`LONGEST_ROUND`], and its multiples from there on, so that something can be seen soon.
@@ -46,8 +51,9 @@ fn is_round_end(spp: u32) -> bool {
 struct Plan {
     /// Whether pixels that seem to be done are left alone.
     adaptive: bool,
-    /// How far off these may be.
+    /// How far off these may be, and the samples from which on it may be more.
     tolerance: f32,
+    rising_from: f32,
     /// Samples of a pixel at the most, if that is not left to time or error.
     limit: Option<u32>,
 }
@@ -63,11 +69,26 @@ impl Plan {
             count = integrator.cache.pixel_samples().max(count / PATH_SAMPLES);
         }
         let unlimited = settings.max_seconds.is_some() || settings.target_error.is_some();
+        // All pixels get more samples by this factor, and err less by its root.
+        let more = integrator.cache.more_samples();
+        let usual = (TOLERANCE / more.sqrt(), RISING_FROM * more);
+        // What is to be as good as it can be, or as wanted, does not stop anywhere else.
+        let (tolerance, rising_from) = match settings.target_error {
+            Some(target) => (target * TARGET_SHARE, f32::INFINITY),
+            None if unlimited => (usual.0, f32::INFINITY),
+            None => usual,
+        };
         Self {
             adaptive,
-            tolerance: settings.target_error.map_or(TOLERANCE, |target| target * TARGET_SHARE),
+            tolerance,
+            rising_from,
             limit: settings.spp.or((!unlimited).then_some(count)),
         }
+    }
+
+    /// How far off pixels of so many samples may be.
+    fn tolerance(&self, spp: u32) -> f32 {
+        self.tolerance * (spp as f32 / self.rising_from).max(1.0)
     }
 
     /// Which pixels take part in the round that begins at `spp` samples.
@@ -76,7 +97,7 @@ impl Plan {
             (false, _) => Choice::All,
             // A limit cut the round short: it is finished as it was begun.
             (true, false) => Choice::Active,
-            (true, true) => Choice::Needing(self.tolerance),
+            (true, true) => Choice::Needing(self.tolerance(spp)),
         }
     }
 }

@@ -103,7 +103,7 @@ pub struct IrrCacheSettings {
 /// with the rays and samples by about the powers of the error that are used below.
 const DEFAULT_ERROR: f32 = 0.05;
 const DEFAULT_SAMPLES: f32 = 576.0;
-const DEFAULT_PIXEL_SAMPLES: f32 = 64.0;
+const DEFAULT_PIXEL_SAMPLES: f32 = 512.0;
 /// Samples of a pixel lie on a grid, so that its error falls faster than that of independent ones.
 const PIXEL_SAMPLES_EXPONENT: f32 = 0.8;
 const DEFAULT_NOISE: f32 = 0.1;
@@ -178,9 +178,14 @@ impl IrrCacheSettings {
 
     /// Samples that a pixel may get at most, unless the scene wants more.
     pub fn pixel_samples(&self) -> u32 {
-        let derived = DEFAULT_PIXEL_SAMPLES * self.refinement().powf(PIXEL_SAMPLES_EXPONENT);
+        let derived = DEFAULT_PIXEL_SAMPLES * self.more_samples();
         // Sobol points are evenly spread at powers of two, and much worse between them.
         derived.clamp(16.0, 65_536.0).log2().round().exp2() as u32
+    }
+
+    /// How many times as many samples a pixel gets as by default.
+    pub(crate) fn more_samples(&self) -> f32 {
+        self.refinement().powf(PIXEL_SAMPLES_EXPONENT)
     }
 
     /// Relative standard error of a record that is worth more rays.

@@ -261,7 +261,7 @@ impl Chain<'_> {
             return None;
         }
         sampler.set_dimension(dimension + 3);
-        self.cache.hash()?.lookup(si, sampler.next_2d())
+        self.cache.hash()?.lookup(si, sampler.next_2d()).map(|found| found.indirect)
     }
 
     /// Irradiance by one cosine-distributed ray, and one towards the sky; with bump and normal maps

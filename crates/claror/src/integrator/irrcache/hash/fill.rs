@@ -4,13 +4,12 @@ use rayon::prelude::*;
 
 use super::super::progress::{CachePhase, CacheProgress, CacheWatch};
 use super::table::Table;
-use super::{IrradianceHash, LEVELS, walk};
+use super::{CellIrradiance, IrradianceHash, LEVELS, walk};
 use crate::film::CropWindow;
 use crate::math::Vec2;
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::Camera;
-use crate::spectrum::Rgb;
 
 /// Cells that fewer walks visited are too noisy.
 const LEAST_VISITS: u32 = 4;
@@ -37,7 +36,7 @@ pub(in super::super) struct HashStatistics {
 /// What the walks of a chunk found.
 struct Chunk {
     /// By table: cell and irradiance, in the order of the walks.
-    found: [Vec<(u64, Rgb)>; TABLES],
+    found: [Vec<(u64, CellIrradiance)>; TABLES],
     /// Sums of the luminances of [`walk::Seen`].
     all: f64,
     distant: f64,

@@ -30,7 +30,7 @@ const MIN_SEGMENT: f32 = 0.1;
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
 const RESOLUTION: f32 = 0.15;
 /// Bytes of a cell in a file.
-const CELL_BYTES: usize = 8 + 4 * 3;
+const CELL_BYTES: usize = 8 + 4 * 6;
 /// Steps beyond a key's own slot, mean of all: less than one where keys are as random as they
 /// should be; in a file that was made to be slow, as many as there are cells.
 const MAX_STEPS: usize = 32;
@@ -43,7 +43,36 @@ struct Visit {
     shape: ShapeId,
 }
 
-/// Mean indirect irradiance by cell, W·m⁻².
+/// Mean irradiance of a cell, W·m⁻².
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(in crate::integrator) struct CellIrradiance {
+    /// By way of other surfaces, and by the sky that the cache holds.
+    pub(in crate::integrator) indirect: Rgb,
+    /// By all other light sources.
+    pub(in crate::integrator) direct: Rgb,
+}
+
+impl CellIrradiance {
+    const BLACK: Self = Self { indirect: Rgb::BLACK, direct: Rgb::BLACK };
+
+    /// All light.
+    pub(in crate::integrator) fn total(self) -> Rgb {
+        self.indirect + self.direct
+    }
+
+    fn to_array(self) -> [f32; 6] {
+        let ([a, b, c], [d, e, f]) = (self.indirect.to_array(), self.direct.to_array());
+        [a, b, c, d, e, f]
+    }
+}
+
+impl From<[f32; 6]> for CellIrradiance {
+    fn from([a, b, c, d, e, f]: [f32; 6]) -> Self {
+        Self { indirect: Rgb::from([a, b, c]), direct: Rgb::from([d, e, f]) }
+    }
+}
+
+/// Mean irradiance by cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::integrator) struct IrradianceHash {
     /// Edge of the largest cells, scene units.
@@ -51,20 +80,20 @@ pub(in crate::integrator) struct IrradianceHash {
     /// A ray must be so long to end in a cell, scene units.
     min_segment: f32,
     /// Open addressing; a power of two of slots. Key 0 is an empty slot.
-    slots: Vec<(u64, Rgb)>,
+    slots: Vec<(u64, CellIrradiance)>,
 }
 
 impl IrradianceHash {
     /// Without any cells, for a scene of this extent.
     fn empty(extent: f32) -> Self {
-        let slots = vec![(0, Rgb::BLACK)];
+        let slots = vec![(0, CellIrradiance::BLACK)];
         Self { cell: CELL * extent, min_segment: MIN_SEGMENT * extent, slots }
     }
 
     /// Puts means by distinct keys into the slots; false if that takes more steps than allowed.
-    fn insert(&mut self, means: &[(u64, Rgb)], mut steps: usize) -> bool {
+    fn insert(&mut self, means: &[(u64, CellIrradiance)], mut steps: usize) -> bool {
         let size = (2 * means.len() + 1).next_power_of_two();
-        self.slots = vec![(0, Rgb::BLACK); size];
+        self.slots = vec![(0, CellIrradiance::BLACK); size];
         for mean in means {
             let mut slot = mean.0 as usize & (size - 1);
             while self.slots[slot].0 != 0 {
@@ -81,7 +110,7 @@ impl IrradianceHash {
 
     /// Mean irradiance around the surface point at the end of a ray, if its cell was reached; `u`
     /// moves the look-up within a cell's width, which turns the cells' edges into noise.
-    pub(in crate::integrator) fn lookup(&self, si: &SurfaceInteraction, u: Vec2) -> Option<Rgb> {
+    pub(in crate::integrator) fn lookup(&self, si: &SurfaceInteraction, u: Vec2) -> Option<CellIrradiance> {
         if si.t < self.min_segment {
             return None;
         }
@@ -137,11 +166,15 @@ impl IrradianceHash {
             return Err(BytesError::BadLength);
         }
         let count = reader.length(CELL_BYTES)?;
-        let mut cells: Vec<(u64, Rgb)> = Vec::with_capacity(count);
+        let mut cells: Vec<(u64, CellIrradiance)> = Vec::with_capacity(count);
         for index in 0..count {
             let key = reader.u64()?;
-            let value = Rgb::from([reader.f32()?, reader.f32()?, reader.f32()?]);
-            if cells.last().map_or(0, |c| c.0) >= key || !value.is_finite() {
+            let mut values = [0.0; 6];
+            for value in &mut values {
+                *value = reader.f32()?;
+            }
+            let value = CellIrradiance::from(values);
+            if cells.last().map_or(0, |c| c.0) >= key || !values.iter().all(|v| v.is_finite()) {
                 return Err(BytesError::BadEntry { what: "hash", index });
             }
             cells.push((key, value));
@@ -151,8 +184,8 @@ impl IrradianceHash {
         if is_quick { Ok(hash) } else { Err(BytesError::BadLength) }
     }
 
-    fn by_key(&self) -> Vec<(u64, Rgb)> {
-        let mut cells: Vec<(u64, Rgb)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
+    fn by_key(&self) -> Vec<(u64, CellIrradiance)> {
+        let mut cells: Vec<(u64, CellIrradiance)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
         cells.sort_unstable_by_key(|(key, _)| *key);
         cells
     }

@@ -1,17 +1,17 @@
 //! Sums by cell.
 
-use crate::spectrum::Rgb;
+use super::CellIrradiance;
 
 /// What was found in a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Slot {
     /// 0: empty.
     key: u64,
-    sum: [f64; 3],
+    sum: [f64; 6],
     visits: u32,
 }
 
-const EMPTY: Slot = Slot { key: 0, sum: [0.0; 3], visits: 0 };
+const EMPTY: Slot = Slot { key: 0, sum: [0.0; 6], visits: 0 };
 
 /// Open addressing; a power of two of slots, at most half of them occupied.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,7 +30,7 @@ impl Table {
     }
 
     /// Adds a value to a cell; sums depend on the order of the calls. `key` is a hash, not 0.
-    pub(super) fn add(&mut self, key: u64, value: Rgb) {
+    pub(super) fn add(&mut self, key: u64, value: CellIrradiance) {
         if 2 * (self.occupied + 1) > self.slots.len() {
             self.grow();
         }
@@ -45,10 +45,10 @@ impl Table {
     }
 
     /// Means of all cells that were visited at least `least` times.
-    pub(super) fn means(&self, least: u32) -> impl Iterator<Item = (u64, Rgb)> {
+    pub(super) fn means(&self, least: u32) -> impl Iterator<Item = (u64, CellIrradiance)> {
         let full = self.slots.iter().filter(move |slot| slot.key != 0 && slot.visits >= least);
         full.map(|slot| {
-            (slot.key, Rgb::from(slot.sum.map(|s| (s / f64::from(slot.visits)) as f32)))
+            (slot.key, CellIrradiance::from(slot.sum.map(|s| (s / f64::from(slot.visits)) as f32)))
         })
     }
 

@@ -1,6 +1,6 @@
 //! Random walks from the camera that tell what irradiance the surfaces they meet receive.
 
-use super::Visit;
+use super::{CellIrradiance, Visit};
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::integrator::CAMERA_DIMENSIONS;
@@ -33,6 +33,8 @@ struct Vertex {
     /// Where it was, if it was diffuse, and the cosine over the density of the next segment's
     /// direction: what makes its radiance an estimate of irradiance.
     visit: Option<(Visit, f32)>,
+    /// Irradiance there by light sources directly.
+    lit: Rgb,
     /// Light that reached it from light sources directly and goes on towards the walk's begin.
     direct: Rgb,
     /// What the next segment's radiance is multiplied with.
@@ -45,7 +47,7 @@ struct Vertex {
 impl Vertex {
     /// The end of a walk: what arrives there was not looked for.
     fn last(direct: Rgb) -> Self {
-        Self { visit: None, direct, weight: Rgb::BLACK, origin: None }
+        Self { visit: None, lit: Rgb::BLACK, direct, weight: Rgb::BLACK, origin: None }
     }
 }
 
@@ -56,7 +58,7 @@ pub(super) fn walk(
     mut ray: Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
-    visit: impl FnMut(Visit, Rgb),
+    visit: impl FnMut(Visit, CellIrradiance),
 ) -> Seen {
     let mut vertices: Vec<Vertex> = Vec::with_capacity(16);
     let mut throughput = Rgb::WHITE;
@@ -84,7 +86,7 @@ pub(super) fn walk(
         let vertex = vertices.len() as u32;
         sampler.set_dimension(CAMERA_DIMENSIONS + vertex * VERTEX_DIMENSIONS);
         let reference = light_reference(&si, &bsdf);
-        let direct = direct_light(scene, &si, &bsdf, sampler);
+        let (direct, lit) = light_at(scene, &si, &bsdf, sampler);
         let Some(sample) = bsdf.sample(sampler.next_1d(), sampler.next_2d()) else {
             vertices.push(Vertex::last(direct));
             break;
@@ -116,7 +118,7 @@ pub(super) fn walk(
         } else {
             Some(Origin::Smooth(reference, sample.pdf))
         };
-        vertices.push(Vertex { visit, direct, weight, origin });
+        vertices.push(Vertex { visit, lit, direct, weight, origin });
         ray = si.spawn_ray(sample.wi);
     }
     note(&vertices, &beyond, visit)
@@ -148,15 +150,15 @@ impl Beyond {
 }
 
 /// From the last vertex to the first: what arrives at one is what the next sends.
-fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, Rgb)) -> Seen {
+fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, CellIrradiance)) -> Seen {
     let mut arriving = beyond.radiance;
     let mut incident = beyond.cached_sky;
     let mut seen = Seen::default();
     for (depth, vertex) in vertices.iter().enumerate().rev() {
         if let Some((place, scale)) = vertex.visit {
-            let irradiance = incident * scale;
-            if irradiance.is_finite() {
-                visit(place, irradiance);
+            let indirect = incident * scale;
+            if indirect.is_finite() && vertex.lit.is_finite() {
+                visit(place, CellIrradiance { indirect, direct: vertex.lit });
             }
         }
         let continued = vertex.weight * arriving;
@@ -180,19 +182,30 @@ pub(in crate::integrator) fn direct_light(
     bsdf: &BsdfAtHit,
     sampler: &mut Sampler,
 ) -> Rgb {
+    light_at(scene, si, bsdf, sampler).0
+}
+
+/// [`direct_light`], and the irradiance that the surface receives by the same sample.
+fn light_at(
+    scene: &Scene,
+    si: &SurfaceInteraction,
+    bsdf: &BsdfAtHit,
+    sampler: &mut Sampler,
+) -> (Rgb, Rgb) {
     let u_select = if scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
     let u = sampler.next_2d();
     if !bsdf.has_smooth() {
-        return Rgb::BLACK;
+        return (Rgb::BLACK, Rgb::BLACK);
     }
     let reference = LightReference { without_sky: bsdf.is_diffuse(), ..light_reference(si, bsdf) };
     match sample_light(scene, &reference, bsdf, u_select, u) {
         Some(light) if light.is_visible(scene, si) => {
             let stands_alone = bsdf.is_diffuse();
             let weight = power_heuristic(light.light_pdf(), light.bsdf_pdf());
-            light.contribution() * if stands_alone { 1.0 } else { weight }
+            let radiance = light.contribution() * if stands_alone { 1.0 } else { weight };
+            (radiance, light.irradiance(scene, lit_normal(si)))
         }
-        _ => Rgb::BLACK,
+        _ => (Rgb::BLACK, Rgb::BLACK),
     }
 }
 
