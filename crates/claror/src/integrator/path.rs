@@ -38,6 +38,9 @@ pub(super) const SURE_THROUGHPUT: f32 = 0.25;
 /// `rr_depth`.
 pub(super) const EARLY_ROULETTE: u32 = 2;
 
+/// Least probability with which the gloss of a surface is followed.
+const LEAST_GLOSS: f32 = 0.1;
+
 /// Where light that is found now belongs (see [`super`]).
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
@@ -239,8 +242,16 @@ impl Walk<'_> {
         }
         let mut glossy = bsdf.clone();
         glossy.remove_diffuse();
+        sampler.set_dimension(dimension + 2);
+        let u_lobe = sampler.next_1d();
+        sampler.set_dimension(dimension + 3);
+        let sample = glossy.sample(u_lobe, sampler.next_2d());
+        if is_total && !self.continues(sample.as_ref(), sampler) {
+            return None;
+        }
         let reference = light_reference(si, bsdf);
         if bsdf.has_smooth() {
+            sampler.set_dimension(dimension);
             let u_select = if self.scene.lights.needs_choice() { sampler.next_1d() } else { 0.0 };
             sampler.set_dimension(dimension + 1);
             let u = sampler.next_2d();
@@ -248,15 +259,30 @@ impl Walk<'_> {
             if let Some(light) = sample_light(self.scene, &reference, bsdf, u_select, u)
                 && light.is_visible(self.scene, si)
             {
-                self.later += self.throughput * if is_total { light.glossy_contribution(&glossy) } else { light.split_contribution(self.scene, &glossy) };
+                let contribution = if is_total {
+                    light.glossy_contribution(&glossy)
+                } else {
+                    light.split_contribution(self.scene, &glossy)
+                };
+                self.later += self.throughput * contribution;
             }
         }
-        sampler.set_dimension(dimension + 2);
-        let u_lobe = sampler.next_1d();
-        sampler.set_dimension(dimension + 3);
-        let sample = glossy.sample(u_lobe, sampler.next_2d())?;
+        let sample = sample?;
         self.turn(&sample, reference);
         self.survives(sampler).then(|| si.spawn_ray(sample.wi))
+    }
+
+    /// Russian roulette for the weak gloss of a surface whose diffuse light is known.
+    fn continues(&mut self, sample: Option<&BsdfSample>, sampler: &mut Sampler) -> bool {
+        let weight = sample.map_or(Rgb::BLACK, |sample| self.throughput * sample.weight);
+        let q = (weight.max_component() / SURE_THROUGHPUT).clamp(LEAST_GLOSS, 1.0);
+        if q < 1.0 {
+            if sampler.next_1d() >= q {
+                return false;
+            }
+            self.throughput *= 1.0 / q;
+        }
+        true
     }
 
     /// Whether nothing was met yet, invisible surfaces included.

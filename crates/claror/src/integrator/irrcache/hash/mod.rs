@@ -23,9 +23,9 @@ use crate::spectrum::Rgb;
 /// Edge of the largest cells as a share of the scene's extent; those of each further level are
 /// half as large.
 const CELL: f32 = 0.05;
-const LEVELS: u32 = 3;
+const LEVELS: u32 = 4;
 /// Least length of a ray that may use a cell, as a share of the scene's extent.
-const MIN_SEGMENT: f32 = 0.1;
+const MIN_SEGMENT: f32 = 0.05;
 /// Largest cell that a ray may use, as a share of its length: about what a record cannot resolve,
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
 const RESOLUTION: f32 = 0.15;
@@ -114,11 +114,16 @@ impl IrradianceHash {
         if si.t < self.min_segment {
             return None;
         }
-        let level = (self.cell / (RESOLUTION * si.t)).log2().ceil().max(0.0) as u32;
-        let level = level.min(LEVELS - 1);
-        let shift = (u - 0.5) * self.edge(level);
-        let p = si.p + si.frame.s * shift.x + si.frame.t * shift.y;
-        let key = self.key(p, lit_normal(si), si.shape, level);
+        let finest = (self.cell / (RESOLUTION * si.t)).log2().ceil().max(0.0) as u32;
+        // Coarser cells know where finer ones were hardly visited.
+        (0..=finest.min(LEVELS - 1)).rev().find_map(|level| {
+            let shift = (u - 0.5) * self.edge(level);
+            let p = si.p + si.frame.s * shift.x + si.frame.t * shift.y;
+            self.find(self.key(p, lit_normal(si), si.shape, level))
+        })
+    }
+
+    fn find(&self, key: u64) -> Option<CellIrradiance> {
         let mask = self.slots.len() - 1;
         let mut slot = key as usize & mask;
         loop {
