@@ -214,9 +214,14 @@ impl Walk<'_> {
         match ends {
             WalkEnd::Hash(hash) => {
                 sampler.set_dimension(self.vertex_dimension() + 3);
-                hash.lookup(si, sampler.next_2d()).map(|found| Known{irradiance: found.total(), is_total: true})
+                hash.lookup(si, sampler.next_2d()).map(|found| Known {
+                    irradiance: found.direct.map_or(found.indirect, |d| d + found.indirect),
+                    is_total: found.direct.is_some(),
+                })
             }
-            WalkEnd::Cache(cache) => cache.irradiance(self.scene, si, self.depth, &mut self.rays).map(|irradiance| Known { irradiance, is_total: false }),
+            WalkEnd::Cache(cache) => cache
+                .irradiance(self.scene, si, self.depth, &mut self.rays)
+                .map(|irradiance| Known { irradiance, is_total: false }),
         }
     }
 

@@ -78,7 +78,11 @@ impl LookupSettings {
             },
             gradients: radius.criterion.uses_gradients(),
             mix: if smooth { 0.5 } else { 0.0 },
-            overlap: if smooth { 1.4 } else { 1.0 },
+            overlap: match radius.criterion {
+                Criterion::Hessian => 1.2,
+                Criterion::Krivanek06 => 1.4,
+                _ => 1.0,
+            },
             min_weight: if smooth { 0.5 } else { 0.0 },
             in_front: if thesis { 0.0 } else { 0.01 },
             nearest: 0,

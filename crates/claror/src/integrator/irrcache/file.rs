@@ -355,7 +355,7 @@ mod tests {
             put_u64(&mut bytes, keys.len() as u64);
             for key in keys {
                 put_u64(&mut bytes, key);
-                [0.5; 3].into_iter().for_each(|x| put_f32(&mut bytes, x));
+                [0.5; 6].into_iter().for_each(|x| put_f32(&mut bytes, x));
             }
             CacheContents::from_bytes(&bytes).map(|c| c.hash_cells())
         };

@@ -52,6 +52,9 @@ pub(in crate::integrator) struct Gatherer<'a> {
 
 /// Most batches of rays.
 const MAX_BATCHES: u32 = 16;
+/// Cells for each of which there is a ray over the hemisphere, for one towards the sky: these find
+/// what they look for, so that fewer do.
+const CELLS_PER_SKY_RAY: usize = 2;
 /// Reference length of the error, pixels.
 const REFERENCE_PIXELS: f32 = 10.0;
 /// Largest radius as a share of the scene's extent.
@@ -211,8 +214,8 @@ impl<'a> Gatherer<'a> {
         Hemisphere::new(self.grid, cells)
     }
 
-    /// As many rays towards the sky as there are cells. What a cell holds is then the mean over the
-    /// part of it that sees the sky, instead of all or nothing.
+    /// Further rays towards the sky. What a cell holds is then the mean over the part of it that
+    /// sees the sky, instead of all or nothing.
     fn add_sky(
         &self,
         place: &Place,
@@ -221,11 +224,15 @@ impl<'a> Gatherer<'a> {
         cells: &mut [Cell],
         rays: &mut u64,
     ) {
-        let Some(sky) = SkyLight::at(self.scene, place.si.p, frame.n) else { return };
+        let Some(sky) =
+            SkyLight::at(self.scene, place.si.p, frame.n, 1.0 / CELLS_PER_SKY_RAY as f32)
+        else {
+            return;
+        };
         for cell in cells.iter_mut().filter(|cell| cell.distance == f32::INFINITY) {
             cell.radiance *= sky.share(frame.to_world(cell.direction), cell.direction.z);
         }
-        for index in 0..cells.len() {
+        for index in 0..cells.len() / CELLS_PER_SKY_RAY {
             let mut sampler = self.samples.sampler((stream.0, !stream.1), index as u32);
             let found = sky.sample(&place.si, frame, sampler.next_2d(), rays);
             if let Some((local, radiance)) = found

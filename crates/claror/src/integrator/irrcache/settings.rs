@@ -106,11 +106,11 @@ const DEFAULT_SAMPLES: f32 = 576.0;
 const DEFAULT_PIXEL_SAMPLES: f32 = 512.0;
 /// Samples of a pixel lie on a grid, so that its error falls faster than that of independent ones.
 const PIXEL_SAMPLES_EXPONENT: f32 = 0.8;
-const DEFAULT_NOISE: f32 = 0.1;
+const DEFAULT_NOISE: f32 = 0.2;
 const DEFAULT_SPACING: f32 = 3.0;
 
 /// Sum of weights from which on points are served by a complete cache.
-const LEAST_WEIGHT: f32 = 0.02;
+const LEAST_WEIGHT: f32 = 0.25;
 /// How many records the oldest programs interpolated between.
 const THESIS_NEAREST: u32 = 4;
 /// Normals that differ by more belong to different sides.
@@ -190,7 +190,7 @@ impl IrrCacheSettings {
 
     /// Relative standard error of a record that is worth more rays.
     pub fn noise(&self) -> f32 {
-        self.noise.unwrap_or(DEFAULT_NOISE / self.refinement().max(1.0).sqrt())
+        self.noise.unwrap_or(DEFAULT_NOISE / self.refinement().max(1.0).powf(0.75))
     }
 
     /// Least radius in pixels. It becomes finer as radii do, or the error would end there; not
@@ -201,7 +201,7 @@ impl IrrCacheSettings {
     }
 
     /// How much finer than by default everything is to be.
-    fn refinement(&self) -> f32 {
+    pub(super) fn refinement(&self) -> f32 {
         DEFAULT_ERROR * self.quality / self.error
     }
 
@@ -288,21 +288,21 @@ mod tests {
     use super::*;
 
     /// A sixteenth of the error: radii are half as large (`exponent`), so the least one is, too; a
-    /// record has a quarter of the noise, from four times the rays.
+    /// record has an eighth of the noise, if that takes more than four times the rays.
     #[test]
     fn one_knob_sets_all() {
         let parts = |error: f32, quality: f32| {
             let s = IrrCacheSettings { error, quality, ..Default::default() };
             (s.gather_samples(), s.pixel_samples(), s.noise(), s.min_pixel_spacing())
         };
-        assert_eq!(parts(0.05, 1.0), (576, 64, 0.1, 3.0));
+        assert_eq!(parts(0.05, 1.0), (576, 512, 0.2, 3.0));
         let (rays, samples, noise, spacing) = parts(0.003_125, 1.0);
-        // 64 · 16^0.8 = 588.1, of which 512 is the nearest power of two.
-        assert_eq!((rays, samples), (2304, 512));
+        // 512 · 16^0.8 = 4705, of which 4096 is the nearest power of two.
+        assert_eq!((rays, samples), (2304, 4096));
         assert!((noise - 0.025).abs() < 1e-6 && (spacing - 1.5).abs() < 1e-6);
         assert_eq!(parts(0.05, 16.0), parts(0.003_125, 1.0));
         // Coarser: fewer rays and samples, but details are as large as they are.
-        assert_eq!(parts(0.8, 1.0), (144, 16, 0.1, 3.0));
+        assert_eq!(parts(0.8, 1.0), (144, 64, 0.2, 3.0));
         let own = IrrCacheSettings {
             noise: Some(0.3),
             min_pixel_spacing: Some(7.0),

@@ -273,7 +273,7 @@ impl Chain<'_> {
         let wi = frame.to_world(local);
         let share = at.share(wi, local.z);
         let (scene, rays) = (self.scene, &mut self.rays);
-        let sky = SkyLight::at(scene, at.si.p, frame.n);
+        let sky = SkyLight::at(scene, at.si.p, frame.n, 1.0);
         let mut radiance = Rgb::BLACK;
         if share > 0.0 {
             let ray = at.si.spawn_ray(wi);

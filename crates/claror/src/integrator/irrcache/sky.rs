@@ -1,7 +1,7 @@
 //! Rays towards where the sky was seen from the places around.
 //!
 //! They share the sky's light with cosine-distributed rays, each weighted by the balance heuristic
-//! (Veach 1997, section 9.2.2), as many of the one kind as of the other.
+//! (Veach 1997, section 9.2.2).
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -16,25 +16,27 @@ use crate::spectrum::Rgb;
 pub(super) struct SkyLight<'a> {
     scene: &'a Scene,
     guide: GuidedDirections<'a>,
+    ratio: f32,
 }
 
 impl<'a> SkyLight<'a> {
     /// `None` where cosine-distributed rays do as well: there is no such sky, or nothing was
-    /// learned about it. `n` is the unit normal on the lit side.
-    pub(super) fn at(scene: &'a Scene, p: Vec3, n: Vec3) -> Option<Self> {
+    /// learned about it. `n` is the unit normal on the lit side, `ratio` how many rays there are
+    /// towards the sky per cosine-distributed ray.
+    pub(super) fn at(scene: &'a Scene, p: Vec3, n: Vec3, ratio: f32) -> Option<Self> {
         if !scene.lights.has_cached_sky() {
             return None;
         }
         let reference = LightReference { p, n: Some(n), without_sky: false };
-        scene.lights.sky_directions(&reference).map(|guide| Self { scene, guide })
+        scene.lights.sky_directions(&reference).map(|guide| Self { scene, guide, ratio })
     }
 
     /// Weight of the sky's radiance from the world-space direction, whose cosine to the normal is
-    /// `cos`, whichever kind of ray found it; one ray of each kind makes irradiance with the
+    /// `cos`, whichever kind of ray found it: the sum over both kinds, over the number of cosine-distributed rays, makes irradiance with the
     /// factor π.
     pub(super) fn share(&self, direction: Vec3, cos: f32) -> f32 {
         let own = cos * FRAC_1_PI;
-        own / (own + self.guide.pdf(direction))
+        own / (own + self.ratio * self.guide.pdf(direction))
     }
 
     /// A local direction towards the sky with the weighted radiance from there, black where

@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::super::progress::{CachePhase, CacheProgress, CacheWatch};
 use super::table::Table;
-use super::{CellIrradiance, IrradianceHash, LEVELS, walk};
+use super::{IrradianceHash, LEVELS, walk};
 use crate::film::CropWindow;
 use crate::math::Vec2;
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::sensor::Camera;
+use crate::spectrum::Rgb;
 
 /// Cells that fewer walks visited are too noisy.
 const LEAST_VISITS: u32 = 4;
@@ -35,8 +36,8 @@ pub(in super::super) struct HashStatistics {
 
 /// What the walks of a chunk found.
 struct Chunk {
-    /// By table: cell and irradiance, in the order of the walks.
-    found: [Vec<(u64, CellIrradiance)>; TABLES],
+    /// By table: cell, indirect and direct irradiance, in the order of the walks.
+    found: [Vec<(u64, [Rgb; 2])>; TABLES],
     /// Sums of the luminances of [`walk::Seen`].
     all: f64,
     distant: f64,
@@ -70,7 +71,13 @@ impl IrradianceHash {
         let count = most as u32;
         let samples =
             SamplerSettings { kind: SamplerKind::Sobol, sample_count: count, seed: !seed };
-        let walker = Walker { scene, camera, crop, samples, hash: Self::empty(extent) };
+        let walker = Walker {
+            scene,
+            camera,
+            crop,
+            samples,
+            hash: Self::empty(extent, scene.tables.integrator.cache.refinement()),
+        };
         let mut tables = vec![Table::new(); TABLES];
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
@@ -145,12 +152,13 @@ impl Walker<'_> {
             let film = corner + sampler.next_2d() * size;
             let ray = self.camera.ray(film, Vec2::splat(0.5));
             let rays = &mut chunk.rays;
-            let seen = walk::walk(self.scene, ray, &mut sampler, rays, |visit, irradiance| {
-                for level in 0..LEVELS {
-                    let key = self.hash.key(visit.p, visit.n, visit.shape, level);
-                    chunk.found[table_of(key)].push((key, irradiance));
-                }
-            });
+            let seen =
+                walk::walk(self.scene, ray, &mut sampler, rays, |visit, indirect, direct| {
+                    for level in 0..LEVELS {
+                        let key = self.hash.key(visit.p, visit.n, visit.shape, level);
+                        chunk.found[table_of(key)].push((key, [indirect, direct]));
+                    }
+                });
             if seen.all.is_finite() && seen.distant.is_finite() {
                 chunk.all += f64::from(seen.all.luminance());
                 chunk.distant += f64::from(seen.distant.luminance());
@@ -164,7 +172,7 @@ impl Walker<'_> {
 fn add(tables: &mut [Table], chunks: &[Chunk]) {
     tables.par_iter_mut().enumerate().for_each(|(i, table)| {
         let values = chunks.iter().flat_map(|chunk| &chunk.found[i]);
-        values.for_each(|&(key, irradiance)| table.add(key, irradiance));
+        values.for_each(|&(key, [indirect, direct])| table.add(key, indirect, direct));
     });
 }
 

@@ -24,8 +24,10 @@ use crate::spectrum::Rgb;
 /// half as large.
 const CELL: f32 = 0.05;
 const LEVELS: u32 = 4;
-/// Least length of a ray that may use a cell, as a share of the scene's extent.
+/// Least length of a ray that may use a cell by default, as a share of the scene's extent; with
+/// finer settings it is more, up to so many times.
 const MIN_SEGMENT: f32 = 0.05;
+const LONGEST_SEGMENT: f32 = 2.0;
 /// Largest cell that a ray may use, as a share of its length: about what a record cannot resolve,
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
 const RESOLUTION: f32 = 0.15;
@@ -48,27 +50,26 @@ struct Visit {
 pub(in crate::integrator) struct CellIrradiance {
     /// By way of other surfaces, and by the sky that the cache holds.
     pub(in crate::integrator) indirect: Rgb,
-    /// By all other light sources.
-    pub(in crate::integrator) direct: Rgb,
+    /// By all other light sources; `None` where it is too uncertain.
+    pub(in crate::integrator) direct: Option<Rgb>,
 }
 
 impl CellIrradiance {
-    const BLACK: Self = Self { indirect: Rgb::BLACK, direct: Rgb::BLACK };
+    const BLACK: Self = Self { indirect: Rgb::BLACK, direct: None };
 
-    /// All light.
-    pub(in crate::integrator) fn total(self) -> Rgb {
-        self.indirect + self.direct
-    }
-
+    /// Numbers for a file: what is not known is NaN.
     fn to_array(self) -> [f32; 6] {
-        let ([a, b, c], [d, e, f]) = (self.indirect.to_array(), self.direct.to_array());
+        let [a, b, c] = self.indirect.to_array();
+        let [d, e, f] = self.direct.map_or([f32::NAN; 3], Rgb::to_array);
         [a, b, c, d, e, f]
     }
-}
 
-impl From<[f32; 6]> for CellIrradiance {
-    fn from([a, b, c, d, e, f]: [f32; 6]) -> Self {
-        Self { indirect: Rgb::from([a, b, c]), direct: Rgb::from([d, e, f]) }
+    /// From numbers of a file; `None` where they make no sense.
+    fn from_array([a, b, c, d, e, f]: [f32; 6]) -> Option<Self> {
+        let (indirect, direct) = (Rgb::from([a, b, c]), Rgb::from([d, e, f]));
+        let direct = (!d.is_nan()).then_some(direct);
+        let is_sound = indirect.is_finite() && direct.is_none_or(Rgb::is_finite);
+        is_sound.then_some(Self { indirect, direct })
     }
 }
 
@@ -84,10 +85,12 @@ pub(in crate::integrator) struct IrradianceHash {
 }
 
 impl IrradianceHash {
-    /// Without any cells, for a scene of this extent.
-    fn empty(extent: f32) -> Self {
+    /// Without any cells, for a scene of this extent and settings that are by this factor finer than
+    /// usual.
+    fn empty(extent: f32, refinement: f32) -> Self {
+        let segment = MIN_SEGMENT * refinement.powf(0.25).clamp(1.0, LONGEST_SEGMENT);
         let slots = vec![(0, CellIrradiance::BLACK)];
-        Self { cell: CELL * extent, min_segment: MIN_SEGMENT * extent, slots }
+        Self { cell: CELL * extent, min_segment: segment * extent, slots }
     }
 
     /// Puts means by distinct keys into the slots; false if that takes more steps than allowed.
@@ -110,7 +113,11 @@ impl IrradianceHash {
 
     /// Mean irradiance around the surface point at the end of a ray, if its cell was reached; `u`
     /// moves the look-up within a cell's width, which turns the cells' edges into noise.
-    pub(in crate::integrator) fn lookup(&self, si: &SurfaceInteraction, u: Vec2) -> Option<CellIrradiance> {
+    pub(in crate::integrator) fn lookup(
+        &self,
+        si: &SurfaceInteraction,
+        u: Vec2,
+    ) -> Option<CellIrradiance> {
         if si.t < self.min_segment {
             return None;
         }
@@ -178,10 +185,9 @@ impl IrradianceHash {
             for value in &mut values {
                 *value = reader.f32()?;
             }
-            let value = CellIrradiance::from(values);
-            if cells.last().map_or(0, |c| c.0) >= key || !values.iter().all(|v| v.is_finite()) {
-                return Err(BytesError::BadEntry { what: "hash", index });
-            }
+            let value = CellIrradiance::from_array(values);
+            let value = value.filter(|_| cells.last().map_or(0, |c| c.0) < key);
+            let value = value.ok_or(BytesError::BadEntry { what: "hash", index })?;
             cells.push((key, value));
         }
         let mut hash = Self { min_segment, cell, slots: Vec::new() };
@@ -190,7 +196,8 @@ impl IrradianceHash {
     }
 
     fn by_key(&self) -> Vec<(u64, CellIrradiance)> {
-        let mut cells: Vec<(u64, CellIrradiance)> = self.slots.iter().filter(|s| s.0 != 0).copied().collect();
+        let mut cells: Vec<(u64, CellIrradiance)> =
+            self.slots.iter().filter(|s| s.0 != 0).copied().collect();
         cells.sort_unstable_by_key(|(key, _)| *key);
         cells
     }

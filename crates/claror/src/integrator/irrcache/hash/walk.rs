@@ -1,6 +1,6 @@
 //! Random walks from the camera that tell what irradiance the surfaces they meet receive.
 
-use super::{CellIrradiance, Visit};
+use super::Visit;
 use crate::bsdf::BsdfAtHit;
 use crate::emitter::LightReference;
 use crate::integrator::CAMERA_DIMENSIONS;
@@ -52,13 +52,13 @@ impl Vertex {
 }
 
 /// Follows a walk and calls `visit` with where its diffuse vertices were and what irradiance they
-/// received (W·m⁻², one random estimate). Counts `rays`.
+/// received, indirectly and directly (W·m⁻², one random estimate). Counts `rays`.
 pub(super) fn walk(
     scene: &Scene,
     mut ray: Ray,
     sampler: &mut Sampler,
     rays: &mut u64,
-    visit: impl FnMut(Visit, CellIrradiance),
+    visit: impl FnMut(Visit, Rgb, Rgb),
 ) -> Seen {
     let mut vertices: Vec<Vertex> = Vec::with_capacity(16);
     let mut throughput = Rgb::WHITE;
@@ -150,7 +150,7 @@ impl Beyond {
 }
 
 /// From the last vertex to the first: what arrives at one is what the next sends.
-fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, CellIrradiance)) -> Seen {
+fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, Rgb, Rgb)) -> Seen {
     let mut arriving = beyond.radiance;
     let mut incident = beyond.cached_sky;
     let mut seen = Seen::default();
@@ -158,7 +158,7 @@ fn note(vertices: &[Vertex], beyond: &Beyond, mut visit: impl FnMut(Visit, CellI
         if let Some((place, scale)) = vertex.visit {
             let indirect = incident * scale;
             if indirect.is_finite() && vertex.lit.is_finite() {
-                visit(place, CellIrradiance { indirect, direct: vertex.lit });
+                visit(place, indirect, vertex.lit);
             }
         }
         let continued = vertex.weight * arriving;
