@@ -30,7 +30,7 @@ const MIN_SEGMENT: f32 = 0.05;
 const LONGEST_SEGMENT: f32 = 2.0;
 /// Largest cell that a ray may use, as a share of its length: about what a record cannot resolve,
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
-const RESOLUTION: f32 = 0.15;
+const RESOLUTION: f32 = 0.1;
 /// Bytes of a cell in a file.
 const CELL_BYTES: usize = 8 + 4 * 6;
 /// Steps beyond a key's own slot, mean of all: less than one where keys are as random as they
