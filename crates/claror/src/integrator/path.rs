@@ -274,13 +274,16 @@ impl Walk<'_> {
         }
         let sample = sample?;
         self.turn(&sample, reference);
-        self.survives(sampler).then(|| si.spawn_ray(sample.wi))
+        sampler.set_dimension(dimension + 4);
+        (is_total || self.survives(sampler)).then(|| si.spawn_ray(sample.wi))
     }
 
-    /// Russian roulette for the weak gloss of a surface whose diffuse light is known.
+    /// Russian roulette for the weak gloss of a surface whose diffuse light is known, instead of
+    /// that of [`Walk::survives`].
     fn continues(&mut self, sample: Option<&BsdfSample>, sampler: &mut Sampler) -> bool {
         let weight = sample.map_or(Rgb::BLACK, |sample| self.throughput * sample.weight);
-        let q = (weight.max_component() / SURE_THROUGHPUT).clamp(LEAST_GLOSS, 1.0);
+        let limit = if self.depth >= self.settings.rr_depth { 0.95 } else { 1.0 };
+        let q = (weight.max_component() / SURE_THROUGHPUT).clamp(LEAST_GLOSS, limit);
         if q < 1.0 {
             if sampler.next_1d() >= q {
                 return false;

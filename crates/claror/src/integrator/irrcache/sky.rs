@@ -32,8 +32,8 @@ impl<'a> SkyLight<'a> {
     }
 
     /// Weight of the sky's radiance from the world-space direction, whose cosine to the normal is
-    /// `cos`, whichever kind of ray found it: the sum over both kinds, over the number of cosine-distributed rays, makes irradiance with the
-    /// factor π.
+    /// `cos`, whichever kind of ray found it. The sum over rays of both kinds, divided by the number
+    /// of cosine-distributed ones, makes irradiance with the factor π.
     pub(super) fn share(&self, direction: Vec3, cos: f32) -> f32 {
         let own = cos * FRAC_1_PI;
         own / (own + self.ratio * self.guide.pdf(direction))
