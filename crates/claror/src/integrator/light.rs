@@ -85,12 +85,8 @@ impl LightCandidate {
     /// cache holds.
     pub(super) fn split_contribution(&self, scene: &Scene, glossy: &BsdfAtHit) -> Rgb {
         let sample = &self.sample;
-        let cached = self.cached_sky(scene);
-        let other = glossy.eval(sample.wi);
-        let pdf = if sample.is_delta { 0.0 } else { other.pdf };
-        let sum = self.eval.diffuse * (sample.radiance - cached)
-            + other.value * sample.radiance * power_heuristic(sample.pdf, pdf);
-        sum * (1.0 / sample.pdf)
+        let diffuse = self.eval.diffuse * (sample.radiance - self.cached_sky(scene));
+        diffuse * (1.0 / sample.pdf) + self.glossy_contribution(glossy)
     }
 
     /// Irradiance of a surface with normal `n` on the lit side, without the sky that a cache holds,

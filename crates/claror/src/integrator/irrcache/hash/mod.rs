@@ -1,4 +1,4 @@
-//! A coarse average of indirect irradiance over the cells of a world-space grid, filled by random
+//! A coarse average of irradiance over the cells of a world-space grid, filled by random
 //! walks from the camera.
 //!
 //! Far from a record it does not matter exactly where on a surface a ray ends: the average over a
