@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use claror::integrator::{Aov, AovKind, IntegratorKind};
+use claror::integrator::{Aov, AovKind, IntegratorKind, IntegratorSettings};
 use claror::render::RenderSettings;
 use claror::scene::SceneTables;
 use claror::spectrum::Rgb;
@@ -138,6 +138,12 @@ impl ShowPoints {
         };
         Ok(Some(Self { file, format, radii: args.show_radii, color }))
     }
+
+    /// Beside a picture: `room.points.png` of `room.exr`.
+    fn beside(picture: &Path) -> Self {
+        let file = picture.with_extension("points.png");
+        Self { file, format: Format::Png, radii: false, color: Rgb::BLACK }
+    }
 }
 
 /// Where and how often the state is kept.
@@ -170,10 +176,7 @@ impl RenderConfig {
         let written_cache = cache.iter().filter(|cache| cache.mode != CacheMode::Read);
         let files: Vec<&Path> = outputs
             .iter()
-            .filter_map(|output| match &output.destination {
-                Destination::File(path) => Some(path.as_path()),
-                Destination::Stdout => None,
-            })
+            .filter_map(Output::file)
             .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
             .chain(written_cache.map(|cache| cache.file.as_path()))
             .chain(show_points.iter().map(|show| show.file.as_path()))
@@ -220,6 +223,29 @@ impl RenderConfig {
         }
         self.check_cache(kind, &tables.aovs)?;
         Ok(index)
+    }
+
+    /// Follows the scene where it wants its records or points shown and no option says how. False
+    /// when there is no file beside which that could be.
+    pub(crate) fn follow_show_points(
+        &mut self,
+        integrator: &IntegratorSettings,
+    ) -> Result<bool, Failure> {
+        let is_wanted = match integrator.kind {
+            IntegratorKind::IrradianceCache => integrator.cache.show_points,
+            IntegratorKind::GridCache => integrator.grid.show_points,
+            _ => false,
+        };
+        if !is_wanted || self.show_points.is_some() {
+            return Ok(true);
+        }
+        let mut pictures = self.outputs.iter().filter_map(Output::file);
+        let Some(picture) = pictures.next() else { return Ok(false) };
+        let show = ShowPoints::beside(picture);
+        let others = pictures.chain([picture]);
+        output::check_writable(&others.chain([show.file.as_path()]).collect::<Vec<_>>())?;
+        self.show_points = Some(show);
+        Ok(true)
     }
 
     /// Fails if something is asked of an irradiance cache and the integrator uses none.

@@ -38,6 +38,14 @@ impl Output {
         Ok(Self { destination: Destination::File(argument.to_owned()), format })
     }
 
+    /// The file it goes to, if it goes to one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        match &self.destination {
+            Destination::File(path) => Some(path),
+            Destination::Stdout => None,
+        }
+    }
+
     /// The pictures that are written when none is named.
     pub(crate) fn defaults(scene: &Path) -> Result<Vec<Self>, Failure> {
         let stem = scene.file_stem().ok_or_else(|| {

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 
 use claror::integrator::{
-    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, GRID_PARAMETERS, IntegratorSettings,
+    CACHE_ALIASES, CACHE_PARAMETERS, CacheParameter, Change, GRID_PARAMETERS, IntegratorSettings,
     IrrCacheSettings, Parameter as Named,
 };
 use claror::irradiance::Criterion;
@@ -192,7 +192,7 @@ fn cache_section(page: &mut String) {
     }
     let others = other_names("max_depth");
     *page += &format!("\n`max_depth` is also set by {others}.\n");
-    let free = CACHE_PARAMETERS.iter().filter(|parameter| !parameter.changes_records);
+    let free = CACHE_PARAMETERS.iter().filter(|parameter| parameter.changes < Change::Records);
     let free: Vec<String> = free.map(|parameter| format!("`{}`", parameter.name)).collect();
     *page += &format!(
         "A cache file made with one value of {} serves any other; all other parameters above make other records.\n",

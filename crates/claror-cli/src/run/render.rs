@@ -44,7 +44,7 @@ struct Job<'a> {
 
 /// Renders a scene.
 pub(crate) fn run(args: RenderArgs, task: Task, console: &mut Console) -> Result<Exit, Failure> {
-    let config = RenderConfig::new(args, task, console.json)?;
+    let mut config = RenderConfig::new(args, task, console.json)?;
     console.stdout_taken = config.takes_stdout();
     let console = &*console;
     let interrupts = Interrupts::listen();
@@ -61,6 +61,11 @@ pub(crate) fn run(args: RenderArgs, task: Task, console: &mut Console) -> Result
     let pool = load::thread_pool(&config.scene)?;
     let mut loaded = load::load(&config.scene, console, &interrupts, &pool)?;
     let sensor = config.apply(&mut loaded.tables)?;
+    if !config.follow_show_points(&loaded.tables.integrator)? {
+        let warning = "show_points: no picture goes to a file beside which the points could be \
+                       shown; --show-points FILE says where";
+        console.warning(&Report::warning(warning));
+    }
     if config.verify.is_some() {
         verify::check_possible(&loaded.tables)?;
     }

@@ -61,6 +61,29 @@ fn records_are_drawn_beside_the_picture() {
     assert_ne!(rings, dots);
 }
 
+/// As the thesis' scene files ask for it: beside the picture, and no part of it.
+#[test]
+fn a_scene_can_ask_for_its_records() {
+    let folder = Folder::new();
+    let options = "-p integrator.show_points=true";
+    folder.run(&format!("{RENDER} -q -o b.exr --show-points dots.png")).expect(0);
+    let run = folder.run(&format!("{RENDER} {options} -o a.exr -o a.png")).expect(0);
+    assert!(run.stdout.contains("a.points.png: "), "{}", run.stdout);
+    assert_eq!(bits(&folder.path("b.exr")), bits(&folder.path("a.exr")));
+    let [dots, asked] = ["a.points.png", "dots.png"].map(|name| picture(&folder.path(name)));
+    assert_eq!(dots, asked);
+
+    // The option wins, other integrators have no such parameter, and a pipe has no name.
+    folder.run(&format!("{RENDER} -q {options} -o c.exr --show-points d.png")).expect(0);
+    assert!(!folder.path("c.points.png").exists());
+    let run = folder.run(&format!("render room.xml -i path {options} -o e.exr")).expect(2);
+    assert!(run.stderr.contains("show_points"), "{}", run.stderr);
+    let run = folder.run(&format!("{RENDER} {options} -o -")).expect(0);
+    assert!(run.stderr.contains("--show-points FILE says where"), "{}", run.stderr);
+    let run = folder.run(&format!("{RENDER} {options} -o a.exr -o a.points.png")).expect(2);
+    assert!(run.stderr.contains("would be written twice"), "{}", run.stderr);
+}
+
 /// A crop of a larger film, with alpha, in linear light.
 #[test]
 fn size_crop_alpha_and_exposure_are_followed() {

@@ -34,7 +34,7 @@ pub use irrcache::{
     IrradianceCache, IsCancelled, LookupCounts, PARAMETERS as CACHE_PARAMETERS, Probe,
     ProbeSettings, VisibleRecord, VisibleRecords, is_cache_parameter,
 };
-pub use parameter::{Parameter, ParameterError};
+pub use parameter::{Change, Parameter, ParameterError};
 
 use crate::math::Ray;
 use crate::sampler::Sampler;

@@ -10,9 +10,20 @@ pub struct Parameter<S> {
     pub unit: &'static str,
     /// What it does, one line.
     pub doc: &'static str,
-    /// Whether what was stored with another value is something else.
-    pub changes_records: bool,
+    /// What is another with another value.
+    pub changes: Change,
     pub(in crate::integrator) field: Field<S>,
+}
+
+/// What a parameter changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Change {
+    /// Only what is said about the picture.
+    Nothing,
+    /// The picture, but nothing that is stored for it.
+    Picture,
+    /// What is stored, and the picture.
+    Records,
 }
 
 /// Where a parameter is, and what it can be.

@@ -1,6 +1,6 @@
 use super::RenderSettings;
 use crate::integrator::{
-    CACHE_PARAMETERS, CacheParameter, GRID_PARAMETERS, GridParameter, IntegratorKind,
+    CACHE_PARAMETERS, Change, GRID_PARAMETERS, GridParameter, IntegratorKind,
     IrrCacheSettings,
 };
 use crate::scene::Scene;
@@ -50,13 +50,14 @@ impl Fingerprint {
         ];
         let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
         if integrator.kind == IntegratorKind::IrradianceCache {
-            entries.extend(cache_entries(&integrator.cache, |_| true));
+            entries.extend(cache_entries(&integrator.cache, Change::Picture));
         }
         if integrator.kind == IntegratorKind::GridCache {
             let entry = |parameter: &GridParameter| {
                 (parameter.name.to_owned(), parameter.get(&integrator.grid))
             };
-            entries.extend(GRID_PARAMETERS.iter().map(entry));
+            let matter = GRID_PARAMETERS.iter().filter(|p| p.changes >= Change::Picture);
+            entries.extend(matter.map(entry));
         }
         Self { entries }
     }
@@ -76,7 +77,7 @@ impl Fingerprint {
             ("light sources", scene.tables.emitters.emitters.len().to_string()),
         ];
         let mut entries = entries.map(|(name, value)| (name.to_owned(), value)).to_vec();
-        entries.extend(cache_entries(&integrator.cache, |parameter| parameter.changes_records));
+        entries.extend(cache_entries(&integrator.cache, Change::Records));
         if !integrator.cache.overture() {
             // What its pixels saw when belongs to one view.
             let view = (&sensor.kind, &sensor.to_world.to_world, &sensor.film.crop);
@@ -95,12 +96,12 @@ impl Fingerprint {
     }
 }
 
-/// Parameters of the cache, those for which `wanted` holds.
+/// Parameters of the cache that change so much at least.
 fn cache_entries(
     settings: &IrrCacheSettings,
-    wanted: fn(&CacheParameter) -> bool,
+    least: Change,
 ) -> impl Iterator<Item = (String, String)> {
-    let wanted = CACHE_PARAMETERS.iter().filter(move |parameter| wanted(parameter));
+    let wanted = CACHE_PARAMETERS.iter().filter(move |parameter| parameter.changes >= least);
     wanted.map(|parameter| (parameter.name.to_owned(), parameter.get(settings)))
 }
 

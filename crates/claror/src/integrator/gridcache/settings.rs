@@ -1,6 +1,6 @@
 //! Parameters of `gridcache`.
 
-use crate::integrator::parameter::{Field, Parameter};
+use crate::integrator::parameter::{Change, Field, Parameter};
 
 /// How the value at a point follows from those at the corners of its cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -62,6 +62,8 @@ pub struct GridCacheSettings {
     pub interpolation: Interpolation,
     /// At the points.
     pub quantity: Quantity,
+    /// Whether the points are to be shown in a picture of their own.
+    pub show_points: bool,
 }
 
 impl Default for GridCacheSettings {
@@ -71,6 +73,7 @@ impl Default for GridCacheSettings {
             gather_samples: 256,
             interpolation: Interpolation::Bilinear,
             quantity: Quantity::Irradiance,
+            show_points: false,
         }
     }
 }
@@ -84,14 +87,14 @@ pub const PARAMETERS: &[GridParameter] = &[
         name: "step",
         unit: "pixels",
         doc: "from one point of the grid to the next",
-        changes_records: true,
+        changes: Change::Records,
         field: Field::Count { least: 1, most: 65_536, get: |s| s.step, set: |s, v| s.step = v },
     },
     GridParameter {
         name: "gather_samples",
         unit: "rays",
         doc: "rays of a point over its hemisphere, rounded to a square; with `color` paths",
-        changes_records: true,
+        changes: Change::Records,
         field: Field::Count {
             least: 16,
             most: 65_536,
@@ -103,7 +106,7 @@ pub const PARAMETERS: &[GridParameter] = &[
         name: "interpolation",
         unit: "",
         doc: "between the four corners of a cell: their mean, linear in the picture, or by Ward's weight in space without a radius",
-        changes_records: true,
+        changes: Change::Records,
         field: Field::Word {
             words: || Interpolation::ALL.map(Interpolation::name).to_vec(),
             get: |s| s.interpolation.name(),
@@ -114,12 +117,19 @@ pub const PARAMETERS: &[GridParameter] = &[
         name: "quantity",
         unit: "",
         doc: "what is interpolated: all reflected light, or indirect irradiance alone",
-        changes_records: true,
+        changes: Change::Records,
         field: Field::Word {
             words: || Quantity::ALL.map(Quantity::name).to_vec(),
             get: |s| s.quantity.name(),
             set: |s, i| s.quantity = Quantity::ALL[i],
         },
+    },
+    GridParameter {
+        name: "show_points",
+        unit: "",
+        doc: "also write the picture with a dot for every point that sees a diffuse surface, as NAME.points.png",
+        changes: Change::Nothing,
+        field: Field::Switch { get: |s| s.show_points, set: |s, v| s.show_points = v },
     },
 ];
 

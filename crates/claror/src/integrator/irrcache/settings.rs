@@ -96,6 +96,8 @@ pub struct IrrCacheSettings {
     pub analytic_direct: bool,
     /// Share of look-ups that are corrected by a random walk, 0 to 1.
     pub debias: f32,
+    /// Whether the records are to be shown in a picture of their own.
+    pub show_points: bool,
 }
 
 /// With this error and so many rays per record, and so many samples in the pixels that need them,
@@ -108,6 +110,11 @@ const DEFAULT_PIXEL_SAMPLES: f32 = 512.0;
 const PIXEL_SAMPLES_EXPONENT: f32 = 0.8;
 const DEFAULT_NOISE: f32 = 0.2;
 const DEFAULT_SPACING: f32 = 3.0;
+
+/// With finer settings records reach a little farther, up to so many times: the error then comes
+/// less from their distances than the exponent of their radii says.
+const REACH_EXPONENT: f32 = 0.07;
+const LONGEST_REACH: f32 = 1.2;
 
 /// Sum of weights from which on points are served by a complete cache.
 const LEAST_WEIGHT: f32 = 0.25;
@@ -154,11 +161,19 @@ impl IrrCacheSettings {
         LookupSettings {
             gradients: self.gradients.unwrap_or(usual.gradients),
             mix: self.mix.unwrap_or(usual.mix),
-            overlap: self.overlap.unwrap_or(usual.overlap),
+            overlap: self.overlap.unwrap_or(usual.overlap * self.reach()),
             min_weight: self.min_weight.unwrap_or(usual.min_weight),
             in_front: self.in_front.unwrap_or(usual.in_front),
             nearest: self.nearest.unwrap_or(museum),
             ..usual
+        }
+    }
+
+    /// Factor of `overlap` by what the error is.
+    fn reach(&self) -> f32 {
+        match self.criterion {
+            Criterion::Hessian => self.refinement().powf(REACH_EXPONENT).clamp(1.0, LONGEST_REACH),
+            _ => 1.0,
         }
     }
 
@@ -279,6 +294,7 @@ impl Default for IrrCacheSettings {
             sky: Sky::Auto,
             analytic_direct: true,
             debias: 0.0,
+            show_points: false,
         }
     }
 }

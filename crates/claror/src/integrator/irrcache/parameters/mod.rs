@@ -6,7 +6,7 @@ mod table;
 
 use super::IrrCacheSettings;
 use crate::integrator::IntegratorSettings;
-use crate::integrator::parameter::{Field, Parameter, ParameterError};
+use crate::integrator::parameter::{Change, Field, Parameter, ParameterError};
 pub use aliases::{ALIASES, CacheAlias};
 use aliases::{Meaning, same_name};
 pub use table::PARAMETERS;
