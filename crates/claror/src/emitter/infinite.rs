@@ -5,8 +5,9 @@
 //! of the mixture.
 
 use super::envmap::Envmap;
-use super::guide::{EnvironmentGuide, GuidedDirections};
+use super::guide::EnvironmentGuide;
 use super::{Emitter, LightError, LightReference, LightSample, Sky};
+use crate::math::directions::Directions;
 use crate::math::distribution::Cumulative;
 use crate::math::warp::{
     UNIFORM_SPHERE_PDF, around, cosine_hemisphere, cosine_hemisphere_pdf, uniform_cone,
@@ -218,7 +219,7 @@ impl InfiniteLights {
     }
 
     /// What the guide knows about the reference.
-    pub(super) fn guide_at(&self, at: &LightReference) -> Option<GuidedDirections<'_>> {
+    pub(super) fn guide_at(&self, at: &LightReference) -> Option<Directions<'_>> {
         self.guide.as_deref()?.at(at.p, at.n?)
     }
 
@@ -270,7 +271,7 @@ impl InfiniteLights {
         self.mixture_pdf(self.guide_at(at), at.n, d)
     }
 
-    fn mixture_pdf(&self, guide: Option<GuidedDirections<'_>>, n: Option<Vec3>, d: Vec3) -> f32 {
+    fn mixture_pdf(&self, guide: Option<Directions<'_>>, n: Option<Vec3>, d: Vec3) -> f32 {
         let guided = guide.map(|guide| guide.pdf(d));
         let share = |(i, l): (usize, &Infinite)| {
             let own = l.pdf(n, d);

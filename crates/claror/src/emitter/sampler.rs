@@ -2,12 +2,13 @@
 
 use super::Emitter;
 use super::flatten::FlatLights;
-use super::guide::{EnvironmentGuide, GuidedDirections};
+use super::guide::EnvironmentGuide;
 use super::infinite::InfiniteLights;
 use super::light::{AlignedLight, Light};
 use super::tree::{LightTree, Receiver, Shares};
 use crate::integrator::IntegratorKind;
 use crate::interaction::SurfaceInteraction;
+use crate::math::directions::Directions;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::SceneTables;
 use crate::spectrum::Rgb;
@@ -292,7 +293,7 @@ impl LightSampler {
     }
 
     /// What was learned about where the sky is seen from the reference, if anything was.
-    pub fn sky_directions(&self, reference: &LightReference) -> Option<GuidedDirections<'_>> {
+    pub fn sky_directions(&self, reference: &LightReference) -> Option<Directions<'_>> {
         self.infinite.guide_at(reference)
     }
 }

@@ -1,5 +1,6 @@
 //! Vectors, rays, frames and transforms; nothing here knows about light.
 
+pub mod directions;
 pub mod distribution;
 mod frame;
 mod ray;

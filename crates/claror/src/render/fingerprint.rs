@@ -1,7 +1,6 @@
 use super::RenderSettings;
 use crate::integrator::{
-    CACHE_PARAMETERS, Change, GRID_PARAMETERS, GridParameter, IntegratorKind,
-    IrrCacheSettings,
+    CACHE_PARAMETERS, Change, GRID_PARAMETERS, GridParameter, IntegratorKind, IrrCacheSettings,
 };
 use crate::scene::Scene;
 use crate::sensor::Sensor;

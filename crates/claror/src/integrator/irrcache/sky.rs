@@ -6,8 +6,8 @@
 use std::f32::consts::FRAC_1_PI;
 
 use crate::emitter::LightReference;
-use crate::emitter::guide::GuidedDirections;
 use crate::interaction::SurfaceInteraction;
+use crate::math::directions::Directions;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -15,7 +15,7 @@ use crate::spectrum::Rgb;
 /// The sky that the cache holds, from one point of a surface.
 pub(super) struct SkyLight<'a> {
     scene: &'a Scene,
-    guide: GuidedDirections<'a>,
+    guide: Directions<'a>,
     ratio: f32,
 }
 

@@ -1,10 +1,14 @@
 //! The walks that fill the hash.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::super::progress::{CachePhase, CacheProgress, CacheWatch};
+use super::guide::{Lesson, Teacher, WalkGuide};
 use super::table::Table;
-use super::{IrradianceHash, LEVELS, walk};
+use super::walk::Walks;
+use super::{IrradianceHash, LEVELS, Visit};
 use crate::film::CropWindow;
 use crate::math::Vec2;
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -20,6 +24,9 @@ const WALKS_PER_PIXEL: usize = 128;
 /// Walks go on until what they say about the mean of the picture has this relative standard error.
 /// All records share them, so their errors do not average out.
 const WANTED: f64 = 0.002;
+/// Walks after which their segments teach where light comes from, and after which no more: the
+/// first walks know too little to teach, and most scenes are done before guidance pays.
+const LESSONS: Range<usize> = 1 << 17..1 << 20;
 /// Walks per unit of parallel work; fixed, so that the work does not depend on the threads.
 const WALKS_PER_CHUNK: usize = 1024;
 /// Walks between two looks at whether to stop.
@@ -41,6 +48,7 @@ struct Chunk {
     /// Sums of the luminances of [`walk::Seen`].
     all: f64,
     distant: f64,
+    lessons: Vec<Lesson>,
     rays: u64,
 }
 
@@ -52,6 +60,10 @@ struct Walker<'a> {
     samples: SamplerSettings,
     /// Knows the cells' keys.
     hash: IrradianceHash,
+    /// What all walks found until now.
+    tables: Vec<Table>,
+    guide: Option<WalkGuide>,
+    teacher: Option<Teacher>,
 }
 
 impl IrradianceHash {
@@ -65,20 +77,9 @@ impl IrradianceHash {
         seed: u64,
         watch: CacheWatch,
     ) -> Option<(Self, HashStatistics)> {
-        let extent = scene.accel.bounds().extent().max_element().max(1e-20);
         let pixels = crop.width as usize * crop.height as usize;
         let most = (pixels * WALKS_PER_PIXEL).next_power_of_two().clamp(WALKS.0, WALKS.1);
-        let count = most as u32;
-        let samples =
-            SamplerSettings { kind: SamplerKind::Sobol, sample_count: count, seed: !seed };
-        let walker = Walker {
-            scene,
-            camera,
-            crop,
-            samples,
-            hash: Self::empty(extent, scene.tables.integrator.cache.refinement()),
-        };
-        let mut tables = vec![Table::new(); TABLES];
+        let mut walker = Walker::new(scene, camera, crop, seed, most);
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
         let mut goal = WALKS.0;
@@ -90,28 +91,19 @@ impl IrradianceHash {
                     return None;
                 }
                 let end = goal.min(statistics.walks + PART);
-                let chunks: Vec<Chunk> = (statistics.walks / WALKS_PER_CHUNK
-                    ..end / WALKS_PER_CHUNK)
-                    .into_par_iter()
-                    .map(|chunk| walker.chunk(chunk))
-                    .collect();
-                add(&mut tables, &chunks);
+                let chunks = walker.walk(statistics.walks / WALKS_PER_CHUNK..end / WALKS_PER_CHUNK);
                 sums.extend(chunks.iter().map(|c| [c.all, c.distant]));
                 statistics.rays += chunks.iter().map(|c| c.rays).sum::<u64>();
                 statistics.walks = end;
                 watch.tell(&outlook.progress(statistics));
             }
             // Where nothing is diffuse, walks have nothing to fill.
-            let is_empty = tables.iter().all(Table::is_empty);
+            let is_empty = walker.tables.iter().all(Table::is_empty);
             let error = relative_error(&sums);
             if is_empty || error <= WANTED || goal >= most {
-                let mut hash = walker.hash;
-                let mut means: Vec<_> = tables.iter().flat_map(|t| t.means(LEAST_VISITS)).collect();
-                // As when it is read from a file.
-                means.sort_unstable_by_key(|(key, _)| *key);
-                hash.insert(&means, usize::MAX);
-                return Some((hash, statistics));
+                return Some((walker.known(), statistics));
             }
+            walker.learn(goal);
             outlook.learn(goal, most, error);
             goal *= 2;
         }
@@ -141,24 +133,79 @@ impl Outlook {
     }
 }
 
-impl Walker<'_> {
+impl<'a> Walker<'a> {
+    fn new(scene: &'a Scene, camera: &'a Camera, crop: CropWindow, seed: u64, most: usize) -> Self {
+        let extent = scene.accel.bounds().extent().max_element().max(1e-20);
+        let kind = SamplerKind::Sobol;
+        Self {
+            scene,
+            camera,
+            crop,
+            samples: SamplerSettings { kind, sample_count: most as u32, seed: !seed },
+            hash: IrradianceHash::empty(extent, scene.tables.integrator.cache.refinement()),
+            tables: vec![Table::new(); TABLES],
+            guide: None,
+            teacher: None,
+        }
+    }
+
+    /// Makes the walks of some chunks.
+    fn walk(&mut self, chunks: Range<usize>) -> Vec<Chunk> {
+        let chunks: Vec<Chunk> = chunks.into_par_iter().map(|chunk| self.chunk(chunk)).collect();
+        add(&mut self.tables, &chunks);
+        if let Some(teacher) = &mut self.teacher {
+            chunks.iter().for_each(|chunk| teacher.add(&chunk.lessons));
+        }
+        chunks
+    }
+
+    /// What is known of the cells that were visited often enough.
+    fn known(&self) -> IrradianceHash {
+        let means = self.tables.iter().flat_map(|table| table.means(LEAST_VISITS));
+        let mut means: Vec<_> = means.collect();
+        // As when it is read from a file.
+        means.sort_unstable_by_key(|(key, _)| *key);
+        let mut hash = self.hash.clone();
+        hash.insert(&means, usize::MAX);
+        hash
+    }
+
+    /// After so many walks: later ones are guided by what these taught.
+    fn learn(&mut self, walks: usize) {
+        if !(LESSONS.start..=LESSONS.end).contains(&walks) {
+            return;
+        }
+        self.guide = self.teacher.as_ref().map(Teacher::guide);
+        if walks == LESSONS.end {
+            self.teacher = None;
+            return;
+        }
+        let known = self.known();
+        match &mut self.teacher {
+            Some(teacher) => teacher.update(known),
+            None => self.teacher = Some(Teacher::new(self.scene.accel.bounds(), known)),
+        }
+    }
+
     fn chunk(&self, index: usize) -> Chunk {
         let found = std::array::from_fn(|_| Vec::new());
-        let mut chunk = Chunk { found, all: 0.0, distant: 0.0, rays: 0 };
+        let mut chunk = Chunk { found, all: 0.0, distant: 0.0, lessons: Vec::new(), rays: 0 };
+        let walks =
+            Walks { scene: self.scene, guide: self.guide.as_ref(), teacher: self.teacher.as_ref() };
         let size = Vec2::new(self.crop.width as f32, self.crop.height as f32);
         let corner = Vec2::new(self.crop.x as f32, self.crop.y as f32);
         for i in index * WALKS_PER_CHUNK..(index + 1) * WALKS_PER_CHUNK {
             let mut sampler = Sampler::new(&self.samples, (0, 0), i as u32);
             let film = corner + sampler.next_2d() * size;
             let ray = self.camera.ray(film, Vec2::splat(0.5));
-            let rays = &mut chunk.rays;
-            let seen =
-                walk::walk(self.scene, ray, &mut sampler, rays, |visit, indirect, direct| {
-                    for level in 0..LEVELS {
-                        let key = self.hash.key(visit.p, visit.n, visit.shape, level);
-                        chunk.found[table_of(key)].push((key, [indirect, direct]));
-                    }
-                });
+            let (rays, lessons) = (&mut chunk.rays, &mut chunk.lessons);
+            let visit = |visit: Visit, indirect, direct| {
+                for level in 0..LEVELS {
+                    let key = self.hash.key(visit.p, visit.n, visit.shape, level);
+                    chunk.found[table_of(key)].push((key, [indirect, direct]));
+                }
+            };
+            let seen = walks.follow(ray, &mut sampler, rays, lessons, visit);
             if seen.all.is_finite() && seen.distant.is_finite() {
                 chunk.all += f64::from(seen.all.luminance());
                 chunk.distant += f64::from(seen.distant.luminance());
@@ -189,4 +236,17 @@ fn relative_error(sums: &[[f64; 2]]) -> f64 {
     let spread = sums.iter().map(|s| (s[1] - distant).powi(2)).sum::<f64>();
     // In complete darkness 0/0: nothing to improve.
     if spread == 0.0 { 0.0 } else { (spread / (n * (n - 1.0))).sqrt() / all }
+}
+
+/// The guide that so many walks lead to, after as many before them that they learn from.
+#[cfg(test)]
+pub(super) fn guide_after(scene: &Scene, walks: usize) -> WalkGuide {
+    let sensor = &scene.tables.sensors[0];
+    let camera = Camera::new(sensor);
+    let mut walker = Walker::new(scene, &camera, sensor.film.crop, 1, 2 * walks);
+    for half in 0..2 {
+        walker.walk(half * walks / WALKS_PER_CHUNK..(half + 1) * walks / WALKS_PER_CHUNK);
+        walker.learn(LESSONS.start);
+    }
+    walker.guide.expect("learned")
 }

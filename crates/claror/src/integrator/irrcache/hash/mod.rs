@@ -8,7 +8,10 @@
 //! 2018 (jittered spatial hashing).
 
 mod fill;
+mod guide;
 mod table;
+#[cfg(test)]
+mod tests;
 mod walk;
 
 pub(super) use fill::HashStatistics;

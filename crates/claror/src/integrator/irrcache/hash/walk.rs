@@ -1,13 +1,14 @@
 //! Random walks from the camera that tell what irradiance the surfaces they meet receive.
 
 use super::Visit;
-use crate::bsdf::BsdfAtHit;
+use super::guide::{Lesson, Teacher, WalkGuide};
+use crate::bsdf::{BsdfAtHit, BsdfSample};
 use crate::emitter::LightReference;
 use crate::integrator::CAMERA_DIMENSIONS;
 use crate::integrator::light::{Origin, light_reference, power_heuristic, sample_light};
 use crate::integrator::path::{SURE_THROUGHPUT, VERTEX_DIMENSIONS};
 use crate::interaction::SurfaceInteraction;
-use crate::math::{Ray, Vec3};
+use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Rgb;
@@ -18,6 +19,9 @@ const MAX_VERTICES: usize = 512;
 const LEAST_ALBEDO: f32 = 0.02;
 /// Vertices after which weak walks may end.
 const ROULETTE: usize = 4;
+/// Share of the directions that a guide chooses, where there is one. With more of them the others
+/// weigh too much.
+const GUIDED: f32 = 0.35;
 
 /// What a walk says about the picture.
 #[derive(Debug, Clone, Copy, Default)]
@@ -51,66 +55,121 @@ impl Vertex {
     }
 }
 
-/// Follows a walk and calls `visit` with where its diffuse vertices were and what irradiance they
-/// received, indirectly and directly (W·m⁻², one random estimate). Counts `rays`.
-pub(super) fn walk(
-    scene: &Scene,
-    mut ray: Ray,
-    sampler: &mut Sampler,
-    rays: &mut u64,
-    visit: impl FnMut(Visit, Rgb, Rgb),
-) -> Seen {
-    let mut vertices: Vec<Vertex> = Vec::with_capacity(16);
-    let mut throughput = Rgb::WHITE;
-    let mut bsdf = BsdfAtHit::empty();
-    // Radiance that arrives at the last vertex from beyond.
-    let mut beyond = Beyond::default();
-    while vertices.len() < MAX_VERTICES {
-        *rays += 2;
-        let Some(si) = scene.intersect(&ray) else {
-            if let Some(last) = vertices.last() {
-                beyond = Beyond::new(scene, last, ray.d);
+/// Makes walks.
+#[derive(Clone, Copy)]
+pub(super) struct Walks<'a> {
+    pub(super) scene: &'a Scene,
+    /// Where light is to be looked for, if that is known.
+    pub(super) guide: Option<&'a WalkGuide>,
+    /// Says what is to be learned from them, if anything.
+    pub(super) teacher: Option<&'a Teacher>,
+}
+
+/// How a walk goes on from a vertex.
+struct Continuation {
+    sample: BsdfSample,
+    /// What the sample's weight would be if the material alone had chosen it.
+    unguided: Rgb,
+}
+
+/// What is left of a walk.
+struct Throughput {
+    actual: Rgb,
+    /// Without a guide, whose weights are small where there is much to be found: they do not say
+    /// which walks may end.
+    unguided: Rgb,
+}
+
+impl Throughput {
+    /// The probability with which a walk of so many vertices goes on.
+    fn survival(&self, vertices: usize) -> f32 {
+        if vertices < ROULETTE {
+            return 1.0;
+        }
+        let most = self.actual.max_component().max(self.unguided.max_component());
+        (most / SURE_THROUGHPUT).min(0.95)
+    }
+}
+
+impl Walks<'_> {
+    /// Follows a walk and calls `visit` with where its diffuse vertices were and what irradiance they
+    /// received, indirectly and directly (W·m⁻², one random estimate). Counts `rays`.
+    pub(super) fn follow(
+        &self,
+        mut ray: Ray,
+        sampler: &mut Sampler,
+        rays: &mut u64,
+        lessons: &mut Vec<Lesson>,
+        visit: impl FnMut(Visit, Rgb, Rgb),
+    ) -> Seen {
+        let scene = self.scene;
+        let mut vertices: Vec<Vertex> = Vec::with_capacity(16);
+        let mut throughput = Throughput { actual: Rgb::WHITE, unguided: Rgb::WHITE };
+        let mut bsdf = BsdfAtHit::empty();
+        // Radiance that arrives at the last vertex from beyond.
+        let mut beyond = Beyond::default();
+        while vertices.len() < MAX_VERTICES {
+            *rays += 2;
+            let Some(si) = scene.intersect(&ray) else {
+                if let Some(last) = vertices.last() {
+                    beyond = Beyond::new(scene, last, ray.d);
+                    self.learn(last, ray.d, beyond.cached_sky, lessons);
+                }
+                break;
+            };
+            let tables = &scene.tables;
+            let shape = &tables.shapes.shapes[si.shape.0 as usize];
+            if shape.emitter.is_some()
+                && let Some(last) = vertices.last_mut()
+                && let Some(origin) = &last.origin
+            {
+                let emission = scene.lights.emitted_radiance(tables, &si);
+                last.direct += last.weight * emission * origin.surface_weight(scene, &si);
             }
-            break;
+            tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
+            if let (Some(last), Some(teacher)) = (vertices.last(), self.teacher) {
+                self.learn(last, ray.d, teacher.radiance(&si, bsdf.diffuse_albedo()), lessons);
+            }
+            let (vertex, wi) = self.scatter(&si, &bsdf, vertices.len(), &mut throughput, sampler);
+            vertices.push(vertex);
+            let Some(wi) = wi else { break };
+            ray = si.spawn_ray(wi);
+        }
+        note(&vertices, &beyond, visit)
+    }
+
+    /// The vertex of this number, and where the walk goes on from there.
+    fn scatter(
+        &self,
+        si: &SurfaceInteraction,
+        bsdf: &BsdfAtHit,
+        number: usize,
+        throughput: &mut Throughput,
+        sampler: &mut Sampler,
+    ) -> (Vertex, Option<Vec3>) {
+        sampler.set_dimension(CAMERA_DIMENSIONS + number as u32 * VERTEX_DIMENSIONS);
+        let reference = light_reference(si, bsdf);
+        let (direct, lit) = light_at(self.scene, si, bsdf, sampler);
+        let n = lit_normal(si);
+        let next = self.next(si, n, bsdf, sampler.next_1d(), sampler.next_2d());
+        // Before the direction counts: what is told of this vertex must not depend on whether it is
+        // a lucky one.
+        let q = throughput.survival(number);
+        if number + 1 == MAX_VERTICES || (q < 1.0 && sampler.next_1d() >= q) {
+            return (Vertex::last(direct), None);
+        }
+        let is_told = bsdf.diffuse_albedo().max_component() >= LEAST_ALBEDO;
+        let visit = |scale| is_told.then_some((Visit { p: si.p, n, shape: si.shape }, scale));
+        let Some(Continuation { sample, unguided }) = next else {
+            // Directions that cannot occur are part of the mean.
+            return (Vertex { visit: visit(0.0), lit, ..Vertex::last(direct) }, None);
         };
-        let tables = &scene.tables;
-        let shape = &tables.shapes.shapes[si.shape.0 as usize];
-        if shape.emitter.is_some()
-            && let Some(last) = vertices.last_mut()
-            && let Some(origin) = &last.origin
-        {
-            let emission = scene.lights.emitted_radiance(tables, &si);
-            last.direct += last.weight * emission * origin.surface_weight(scene, &si);
-        }
-        tables.bsdfs.read_at_hit(&tables.textures, &tables.shapes, shape.bsdf, &si, &mut bsdf);
-        let vertex = vertices.len() as u32;
-        sampler.set_dimension(CAMERA_DIMENSIONS + vertex * VERTEX_DIMENSIONS);
-        let reference = light_reference(&si, &bsdf);
-        let (direct, lit) = light_at(scene, &si, &bsdf, sampler);
-        let Some(sample) = bsdf.sample(sampler.next_1d(), sampler.next_2d()) else {
-            vertices.push(Vertex::last(direct));
-            break;
-        };
-        throughput *= sample.weight;
-        let mut weight = sample.weight;
-        let mut ends = throughput.is_black();
-        if vertices.len() >= ROULETTE {
-            let q = (throughput.max_component() / SURE_THROUGHPUT).min(0.95);
-            ends |= sampler.next_1d() >= q;
-            weight *= 1.0 / q.max(1e-6);
-            throughput *= 1.0 / q.max(1e-6);
-        }
-        if ends || vertices.len() + 1 == MAX_VERTICES {
-            vertices.push(Vertex::last(direct));
-            break;
-        }
+        let weight = sample.weight * (1.0 / q);
+        throughput.actual *= weight;
+        throughput.unguided *= unguided * (1.0 / q);
         let is_singular = sample.is_delta || sample.is_null;
-        let n = lit_normal(&si);
-        let visit = (bsdf.diffuse_albedo().max_component() >= LEAST_ALBEDO).then(|| {
-            let cos = sample.wi.dot(n).max(0.0);
-            let scale = if is_singular { 0.0 } else { cos / sample.pdf };
-            (Visit { p: si.p, n, shape: si.shape }, scale)
-        });
+        let cos = sample.wi.dot(n);
+        let scale = if is_singular || cos <= 0.0 { 0.0 } else { cos / sample.pdf };
         let origin = if bsdf.is_diffuse() {
             None
         } else if is_singular {
@@ -118,10 +177,47 @@ pub(super) fn walk(
         } else {
             Some(Origin::Smooth(reference, sample.pdf))
         };
-        vertices.push(Vertex { visit, lit, direct, weight, origin });
-        ray = si.spawn_ray(sample.wi);
+        let leads_on = !weight.is_black() || (is_told && scale > 0.0);
+        let vertex = Vertex { visit: visit(scale), lit, direct, weight, origin };
+        (vertex, leads_on.then_some(sample.wi))
     }
-    note(&vertices, &beyond, visit)
+
+    /// A direction to go on in: at purely diffuse surfaces the guide's or the material's.
+    fn next(
+        &self,
+        si: &SurfaceInteraction,
+        n: Vec3,
+        bsdf: &BsdfAtHit,
+        u_lobe: f32,
+        u: Vec2,
+    ) -> Option<Continuation> {
+        let guide = self.guide.filter(|_| bsdf.is_diffuse());
+        let Some(guide) = guide.and_then(|guide| guide.at(si.p, n)) else {
+            let sample = bsdf.sample(u_lobe, u)?;
+            return Some(Continuation { sample, unguided: sample.weight });
+        };
+        let mut sample = bsdf.sample(u_lobe, u)?;
+        // Of a diffuse surface it is the same in all directions.
+        let unguided = sample.weight;
+        if u_lobe < GUIDED {
+            sample.wi = guide.sample(u)?.0;
+        }
+        let value = bsdf.eval(sample.wi);
+        sample.pdf = GUIDED * guide.pdf(sample.wi) + (1.0 - GUIDED) * value.pdf;
+        // Below the horizon both can be 0.
+        sample.weight = if value.pdf > 0.0 { value.value * (1.0 / sample.pdf) } else { Rgb::BLACK };
+        Some(Continuation { sample, unguided })
+    }
+
+    /// Notes that `radiance` arrives at a vertex from the direction `d`.
+    fn learn(&self, at: &Vertex, d: Vec3, radiance: Rgb, lessons: &mut Vec<Lesson>) {
+        if let (Some(teacher), Some((visit, scale))) = (self.teacher, &at.visit) {
+            let weight = radiance.luminance() * scale;
+            if weight.is_finite() {
+                lessons.push(teacher.lesson(visit, d, weight));
+            }
+        }
+    }
 }
 
 /// Radiance of the environment at the end of a walk.

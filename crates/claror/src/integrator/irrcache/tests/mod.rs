@@ -33,7 +33,7 @@ fn build(scene: &Scene) -> IrradianceCache {
 }
 
 /// A closed room that emits 1 and reflects `albedo`.
-fn furnace(albedo: f32, settings: IrrCacheSettings) -> Scene {
+pub(in crate::integrator::irrcache) fn furnace(albedo: f32, settings: IrrCacheSettings) -> Scene {
     let mut t = TestScene::default();
     let bsdf = t.diffuse(Rgb::splat(albedo));
     let room = t.room(bsdf);
