@@ -45,7 +45,7 @@ pub(in super::super) struct HashStatistics {
 struct Chunk {
     /// By table: cell, indirect and direct irradiance, in the order of the walks.
     found: [Vec<(u64, [Rgb; 2])>; TABLES],
-    /// Sums of the luminances of [`walk::Seen`].
+    /// Sums of the luminances of [`super::walk::Seen`].
     all: f64,
     distant: f64,
     lessons: Vec<Lesson>,
