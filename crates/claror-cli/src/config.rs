@@ -173,17 +173,7 @@ impl RenderConfig {
             resume: args.checkpoint.resume,
         });
         let cache = cache(args.cache)?;
-        let written_cache = cache.iter().filter(|cache| cache.mode != CacheMode::Read);
-        let files: Vec<&Path> = outputs
-            .iter()
-            .filter_map(Output::file)
-            .chain(checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
-            .chain(written_cache.map(|cache| cache.file.as_path()))
-            .chain(show_points.iter().map(|show| show.file.as_path()))
-            .chain(verify.iter().filter_map(|v| Some(v.picture.as_ref()?.0.as_path())))
-            .collect();
-        output::check_writable(&files)?;
-        Ok(Self {
+        let config = Self {
             scene: args.scene,
             outputs,
             exposure: args.output.exposure,
@@ -200,7 +190,22 @@ impl RenderConfig {
             cache,
             show_points,
             verify,
-        })
+        };
+        output::check_writable(&config.written_files())?;
+        Ok(config)
+    }
+
+    /// All files that are to be written.
+    fn written_files(&self) -> Vec<&Path> {
+        let written_cache = self.cache.iter().filter(|cache| cache.mode != CacheMode::Read);
+        self.outputs
+            .iter()
+            .filter_map(Output::file)
+            .chain(self.checkpoint.iter().map(|checkpoint| checkpoint.file.as_path()))
+            .chain(written_cache.map(|cache| cache.file.as_path()))
+            .chain(self.show_points.iter().map(|show| show.file.as_path()))
+            .chain(self.verify.iter().filter_map(|v| Some(v.picture.as_ref()?.0.as_path())))
+            .collect()
     }
 
     /// True when a picture goes to standard output.
@@ -239,12 +244,9 @@ impl RenderConfig {
         if !is_wanted || self.show_points.is_some() {
             return Ok(true);
         }
-        let mut pictures = self.outputs.iter().filter_map(Output::file);
-        let Some(picture) = pictures.next() else { return Ok(false) };
-        let show = ShowPoints::beside(picture);
-        let others = pictures.chain([picture]);
-        output::check_writable(&others.chain([show.file.as_path()]).collect::<Vec<_>>())?;
-        self.show_points = Some(show);
+        let Some(picture) = self.outputs.iter().find_map(Output::file) else { return Ok(false) };
+        self.show_points = Some(ShowPoints::beside(picture));
+        output::check_writable(&self.written_files())?;
         Ok(true)
     }
 

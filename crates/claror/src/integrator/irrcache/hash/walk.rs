@@ -151,7 +151,7 @@ impl Walks<'_> {
         let reference = light_reference(si, bsdf);
         let (direct, lit) = light_at(self.scene, si, bsdf, sampler);
         let n = lit_normal(si);
-        let next = self.next(si, n, bsdf, sampler.next_1d(), sampler.next_2d());
+        let (u_lobe, u) = (sampler.next_1d(), sampler.next_2d());
         // Before the direction counts: what is told of this vertex must not depend on whether it is
         // a lucky one.
         let q = throughput.survival(number);
@@ -160,7 +160,7 @@ impl Walks<'_> {
         }
         let is_told = bsdf.diffuse_albedo().max_component() >= LEAST_ALBEDO;
         let visit = |scale| is_told.then_some((Visit { p: si.p, n, shape: si.shape }, scale));
-        let Some(Continuation { sample, unguided }) = next else {
+        let Some(Continuation { sample, unguided }) = self.next(si, n, bsdf, u_lobe, u) else {
             // Directions that cannot occur are part of the mean.
             return (Vertex { visit: visit(0.0), lit, ..Vertex::last(direct) }, None);
         };
