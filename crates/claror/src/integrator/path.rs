@@ -38,6 +38,14 @@ pub(super) const SURE_THROUGHPUT: f32 = 0.25;
 /// `rr_depth`.
 pub(super) const EARLY_ROULETTE: u32 = 2;
 
+/// Most that roulette lets live of the paths of a picture from `rr_depth` on, as Mitsuba does.
+const SURVIVAL: f32 = 0.95;
+
+/// The same for walks whose light many pixels share. Where fewer escape from a crevice of white
+/// surfaces with each bounce than roulette ends, those few weigh the more the longer it took them:
+/// the variance is infinite.
+pub(super) const RECORD_SURVIVAL: f32 = 0.99;
+
 /// Least probability with which the gloss of a surface is followed.
 const LEAST_GLOSS: f32 = 0.1;
 
@@ -68,6 +76,8 @@ struct Walk<'a> {
     /// Surfaces left behind, invisible ones included.
     depth: u32,
     rays: u64,
+    /// Largest probability of survival from `rr_depth` on.
+    survival: f32,
     /// Where a record's walk may end early.
     ends: Option<WalkEnd<'a>>,
     /// The first surface met, if a record asked for it.
@@ -116,6 +126,7 @@ pub(super) fn record_walk_at(
     let mut walk = Walk::new(scene, settings);
     walk.stage = Stage::Later;
     walk.origin = Origin::Record;
+    walk.survival = RECORD_SURVIVAL;
     walk.depth = depth + 1;
     walk.ends = ends;
     walk.run(*ray, sampler);
@@ -154,6 +165,7 @@ impl<'a> Walk<'a> {
             eta: 1.0,
             depth: 0,
             rays: 0,
+            survival: SURVIVAL,
             ends: None,
             first_hit: None,
         }
@@ -282,7 +294,7 @@ impl Walk<'_> {
     /// that of [`Walk::survives`].
     fn continues(&mut self, sample: Option<&BsdfSample>, sampler: &mut Sampler) -> bool {
         let weight = sample.map_or(Rgb::BLACK, |sample| self.throughput * sample.weight);
-        let limit = if self.depth >= self.settings.rr_depth { 0.95 } else { 1.0 };
+        let limit = if self.depth >= self.settings.rr_depth { self.survival } else { 1.0 };
         let q = (weight.max_component() / SURE_THROUGHPUT).clamp(LEAST_GLOSS, limit);
         if q < 1.0 {
             if sampler.next_1d() >= q {
@@ -383,7 +395,7 @@ impl Walk<'_> {
         let from_here_on = self.depth >= self.settings.rr_depth;
         let early = self.settings.early_roulette && self.depth >= EARLY_ROULETTE;
         if from_here_on || early {
-            let limit = if from_here_on { 0.95 } else { 1.0 };
+            let limit = if from_here_on { self.survival } else { 1.0 };
             let q = (largest * self.eta * self.eta * (1.0 / SURE_THROUGHPUT)).min(limit);
             if q < 1.0 {
                 if sampler.next_1d() >= q {

@@ -6,7 +6,7 @@ use crate::bsdf::{BsdfAtHit, BsdfSample};
 use crate::emitter::LightReference;
 use crate::integrator::CAMERA_DIMENSIONS;
 use crate::integrator::light::{Origin, light_reference, power_heuristic, sample_light};
-use crate::integrator::path::{SURE_THROUGHPUT, VERTEX_DIMENSIONS};
+use crate::integrator::path::{RECORD_SURVIVAL, SURE_THROUGHPUT, VERTEX_DIMENSIONS};
 use crate::interaction::SurfaceInteraction;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::Sampler;
@@ -87,7 +87,7 @@ impl Throughput {
             return 1.0;
         }
         let most = self.actual.max_component().max(self.unguided.max_component());
-        (most / SURE_THROUGHPUT).min(0.95)
+        (most / SURE_THROUGHPUT).min(RECORD_SURVIVAL)
     }
 }
 
