@@ -106,6 +106,11 @@ impl Record {
             return None;
         }
         let is_marked = self.corral >> sector(along.x, along.y) & 1 != 0;
-        is_marked.then(|| self.position + self.normal * (RISE * distance))
+        is_marked.then(|| self.sight_from(distance))
+    }
+
+    /// Where a line of sight ends that comes from a point so far away.
+    pub fn sight_from(&self, distance: f32) -> Vec3 {
+        self.position + self.normal * (RISE * distance)
     }
 }

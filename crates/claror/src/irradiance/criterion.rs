@@ -143,6 +143,19 @@ impl RadiusSettings {
     }
 }
 
+impl RadiusSettings {
+    /// The second derivative of irradiance relative to it, in scene units⁻², that makes records of
+    /// this natural radius: the inverse of how that is chosen. `reference` as in [`RadiusBounds`].
+    pub fn curvature(&self, natural: f32, reference: f32) -> f32 {
+        if self.criterion == Criterion::Hessian {
+            let ratio = (reference / natural).powf(1.0 / self.exponent);
+            2.0 * self.epsilon * ratio / (reference * reference)
+        } else {
+            2.0 * self.accuracy / (natural * natural)
+        }
+    }
+}
+
 /// Angle at which the rotational part of Ward's error reaches `accuracy`.
 pub fn ward_angle(accuracy: f32) -> f32 {
     (1.0 - accuracy * accuracy).max(-1.0).acos()

@@ -22,6 +22,7 @@ mod mesh;
 mod polar;
 mod record;
 mod rotational;
+mod smooth;
 #[cfg(test)]
 mod tests;
 
@@ -42,3 +43,4 @@ pub use mesh::{
 pub use polar::ward_heckbert_gradient;
 pub use record::Record;
 pub use rotational::{angular_support, rotational_curvature, rotational_gradient};
+pub use smooth::{Smoother, Uncertainty};

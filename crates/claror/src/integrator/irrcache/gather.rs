@@ -33,6 +33,14 @@ pub(in crate::integrator) struct Place {
     pub(in crate::integrator) key: u64,
 }
 
+/// A record as it was made.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gathered {
+    pub(super) record: Record,
+    /// Relative standard error of its irradiance, as far as its rays tell.
+    pub(super) relative_error: f32,
+}
+
 /// Makes records: everything that they have in common.
 pub(in crate::integrator) struct Gatherer<'a> {
     pub(super) scene: &'a Scene,
@@ -108,10 +116,15 @@ impl<'a> Gatherer<'a> {
         Self { depth, ..self }
     }
 
+    /// Within how many radii records even out their noise.
+    pub(super) fn smoothing(&self) -> f32 {
+        self.settings.cache.smoothing()
+    }
+
     /// The record at a place; `None` where it would not be valid.
-    pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Record> {
+    pub(super) fn record(&self, place: &Place, rays: &mut u64) -> Option<Gathered> {
         let frame = Frame::from_normal(lit_normal(&place.si));
-        let hemisphere = self.quiet_hemisphere(place, &frame, rays)?;
+        let (hemisphere, relative_error) = self.quiet_hemisphere(place, &frame, rays)?;
         let mut estimates = Estimates::new(&hemisphere);
         if let Some(topology) = &self.topology {
             let derivatives = mesh_derivatives(&hemisphere, topology, &self.mesh)?;
@@ -122,7 +135,7 @@ impl<'a> Gatherer<'a> {
         }
         let radii = self.radii(&estimates, place.footprint);
         let record = estimates.record(place.key, place.si.p, &frame, &radii);
-        record.is_valid().then_some(record)
+        record.is_valid().then_some(Gathered { record, relative_error })
     }
 
     /// Irradiance at a place by one batch of rays, W·m⁻²; `None` where it would be chance.
@@ -155,13 +168,19 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Batches of rays until the irradiance is as exact as wanted. Whole batches are added, never
+    /// Batches of rays until the irradiance is as exact as wanted, and its relative error. Whole batches are added, never
     /// rays where the first ones look uncertain, which would bias.
-    fn quiet_hemisphere(&self, place: &Place, frame: &Frame, rays: &mut u64) -> Option<Hemisphere> {
+    fn quiet_hemisphere(
+        &self,
+        place: &Place,
+        frame: &Frame,
+        rays: &mut u64,
+    ) -> Option<(Hemisphere, f32)> {
         let noise = self.settings.cache.noise();
         let mut all = self.hemisphere(place, frame, 0, rays)?;
-        if all.relative_error() <= noise {
-            return Some(all);
+        let error = all.relative_error();
+        if error <= noise {
+            return Some((all, error));
         }
         let mut spread = Spread::new(all.cells.len());
         spread.add(&all);
@@ -175,7 +194,7 @@ impl<'a> Gatherer<'a> {
                 break;
             }
         }
-        Some(all)
+        Some((all, spread.relative_error() as f32))
     }
 
     fn hemisphere(

@@ -27,6 +27,7 @@ mod settings;
 mod shade;
 mod signature;
 mod sky;
+mod smooth;
 #[cfg(test)]
 mod tests;
 mod visible;

@@ -12,9 +12,10 @@
 use rayon::prelude::*;
 
 use super::deep::DeepCache;
-use super::gather::{Gatherer, Place, morton};
+use super::gather::{Gathered, Gatherer, Place, morton};
 use super::hash::{HashStatistics, lit_normal};
 use super::progress::{CachePhase, CacheProgress, CacheWatch, IsCancelled, Share};
+use super::smooth::{Origin, smooth};
 use super::{
     Bounces, CacheContents, IrrCacheSettings, IrradianceCache, IrradianceHash, WalkEnd,
     is_in_sight, pixel_key, with_slack,
@@ -145,6 +146,7 @@ impl IrradianceCache {
         } else {
             filling.raster(&eye, crop)?;
         }
+        filling.smooth()?;
         let (deep_walks, deep_rays) = deep.as_ref().map_or((0, 0), DeepCache::cost);
         filling.statistics.walks += filled.walks + deep_walks;
         filling.statistics.rays += filled.rays + deep_rays;
@@ -163,6 +165,8 @@ pub(super) struct Filling<'a> {
     lookup: LookupSettings,
     records: Vec<Record>,
     index: Index,
+    /// Where its last records come from, all that were made here.
+    origins: Vec<Origin>,
     statistics: CacheStatistics,
     /// Logarithm of the lattice's stride.
     level: usize,
@@ -232,6 +236,7 @@ impl<'a> Filling<'a> {
             before: (records.len(), statistics.rays),
             records,
             index,
+            origins: Vec::new(),
             statistics,
             level: 0,
             neighbours,
@@ -338,7 +343,7 @@ impl<'a> Filling<'a> {
     /// Records at places, unless others of them serve; `None` when cancelled.
     fn batch(&mut self, places: &[Place]) -> Option<()> {
         let (gatherer, watch) = (self.gatherer, self.watch);
-        let made: Option<Vec<(Option<Record>, u64)>> = places
+        let made: Option<Vec<(Option<Gathered>, u64)>> = places
             .par_iter()
             .with_max_len(1)
             .map(|place| {
@@ -348,9 +353,9 @@ impl<'a> Filling<'a> {
             })
             .collect();
         let made = made?;
-        for ((record, rays), place) in made.into_iter().zip(places) {
+        for ((gathered, rays), place) in made.into_iter().zip(places) {
             self.statistics.rays += rays;
-            let Some(record) = record else {
+            let Some(Gathered { record, relative_error }) = gathered else {
                 self.statistics.invalid += 1;
                 continue;
             };
@@ -368,6 +373,7 @@ impl<'a> Filling<'a> {
             };
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
+            self.origins.push(Origin { place: *place, relative_error });
         }
         Some(())
     }
@@ -382,6 +388,14 @@ impl<'a> Filling<'a> {
         // Far fewer than those of the records: they are not counted.
         let is_seen = |record: &Record| is_in_sight(scene, &place.si, record, &mut 0);
         lookup_seen(records, &self.index, &query, settings, is_seen).is_some()
+    }
+
+    /// Evens out the noise of the records that were made; those of before stay as they are. `None`
+    /// when cancelled.
+    fn smooth(&mut self) -> Option<()> {
+        let made = self.records.len() - self.origins.len();
+        let (records, rays) = (&mut self.records[made..], &mut self.statistics.rays);
+        smooth(self.gatherer, &self.lookup, records, &self.origins, rays, self.watch)
     }
 
     pub(super) fn finish(mut self) -> (Vec<Record>, CacheStatistics) {

@@ -80,6 +80,8 @@ pub struct IrrCacheSettings {
     pub nearest: Option<u32>,
     /// Factor by which records serve farther than their radii.
     pub overlap: Option<f32>,
+    /// Within how many radii records even out their noise; 0: not at all.
+    pub smoothing: Option<f32>,
     /// Sum of weights from which on a point is served in the first pass.
     pub min_weight: Option<f32>,
     /// How far a record may lie in front of a point, radii.
@@ -114,6 +116,9 @@ const DEFAULT_SPACING: f32 = 3.0;
 /// The overlap with `hessian`: with finer settings records reach a little farther, since the error
 /// then comes less from their distances than the exponent of their radii says.
 const OVERLAP_EXPONENT: f32 = 0.07;
+
+/// Reach of smoothing with `hessian`, radii: with more nothing is gained.
+const SMOOTHING: f32 = 3.0;
 
 /// Sum of weights from which on points are served by a complete cache.
 const LEAST_WEIGHT: f32 = 0.25;
@@ -230,6 +235,11 @@ impl IrrCacheSettings {
         self.lookup().gradients || self.radius().limit_by_gradient
     }
 
+    pub(super) fn smoothing(&self) -> f32 {
+        let is_usual = self.criterion == Criterion::Hessian;
+        self.smoothing.unwrap_or(if is_usual { SMOOTHING } else { 0.0 })
+    }
+
     pub(super) fn clamp_neighbor(&self) -> bool {
         self.clamp_neighbor.unwrap_or(self.criterion == Criterion::Krivanek06)
     }
@@ -286,6 +296,7 @@ impl Default for IrrCacheSettings {
             index: None,
             nearest: None,
             overlap: None,
+            smoothing: None,
             min_weight: None,
             in_front: None,
             gradients: None,

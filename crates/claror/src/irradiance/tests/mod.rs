@@ -10,6 +10,7 @@ mod inspections;
 mod lookups;
 mod rotations;
 mod scene;
+mod smoothing;
 
 use super::{
     Criterion, Estimates, Hemisphere, MeshSettings, MeshTopology, Radii, RadiusBounds,

@@ -18,8 +18,11 @@ use crate::spectrum::Rgb;
 
 /// Cells that fewer walks visited are too noisy.
 const LEAST_VISITS: u32 = 4;
+/// Walks after which it is asked whether they find anything at all.
+const FIRST_WALKS: usize = 1 << 15;
 /// Least and largest number of walks, and the largest per pixel: small pictures are not worth many.
-const WALKS: (usize, usize) = (1 << 15, 1 << 23);
+/// With fewer the noise of the cells shows, however well the mean is known.
+const WALKS: (usize, usize) = (1 << 17, 1 << 23);
 const WALKS_PER_PIXEL: usize = 128;
 /// Walks go on until what they say about the mean of the picture has this relative standard error.
 /// All records share them, so their errors do not average out.
@@ -82,7 +85,7 @@ impl IrradianceHash {
         let mut walker = Walker::new(scene, camera, crop, seed, most);
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
-        let mut goal = WALKS.0;
+        let mut goal = FIRST_WALKS;
         let mut outlook = Outlook::default();
         loop {
             // A part at a time: what walks found is kept until it is in the tables.
@@ -100,7 +103,8 @@ impl IrradianceHash {
             // Where nothing is diffuse, walks have nothing to fill.
             let is_empty = walker.tables.iter().all(Table::is_empty);
             let error = relative_error(&sums);
-            if is_empty || error <= WANTED || goal >= most {
+            let is_known = goal >= WALKS.0 && error <= WANTED;
+            if is_empty || is_known || goal >= most {
                 return Some((walker.known(), statistics));
             }
             walker.learn(goal);
@@ -122,7 +126,7 @@ impl Outlook {
     /// From the error of so many walks, which falls with the square root of their number.
     fn learn(&mut self, walks: usize, most: usize, error: f64) {
         let doublings = (error / WANTED).powi(2).log2().ceil().clamp(1.0, 32.0) as u32;
-        self.walks = Some((walks << doublings).min(most));
+        self.walks = Some((walks << doublings).clamp(WALKS.0, most));
     }
 
     fn progress(&mut self, HashStatistics { walks, rays }: HashStatistics) -> CacheProgress {

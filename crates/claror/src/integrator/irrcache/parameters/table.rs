@@ -203,6 +203,18 @@ pub const PARAMETERS: &[CacheParameter] = &[
         ),
     },
     CacheParameter {
+        name: "smoothing",
+        unit: "radii",
+        doc: "how far apart records may be that even out each other's noise, where irradiance changes little; 0: none do",
+        changes: Change::Records,
+        field: number(
+            "a number from 0 to 10",
+            |v| (0.0..=10.0).contains(&v),
+            IrrCacheSettings::smoothing,
+            |s, v| s.smoothing = Some(v),
+        ),
+    },
+    CacheParameter {
         name: "min_weight",
         unit: "1",
         doc: "sum of weights below which a point gets a record of its own",

@@ -1,6 +1,8 @@
 //! Scenes at the edge of sense: every pixel is a number, and every render ends.
 
 use super::*;
+use crate::integrator::path::record_walk;
+use crate::math::{Ray, Vec3, warp};
 use crate::shape::{Mesh, MeshId};
 
 /// Renders and looks at everything that was made.
@@ -125,7 +127,7 @@ fn lights_without_area() {
         if !is_alone {
             add_lamp(&mut t, 5.0);
         }
-        let point = |x: f32| crate::math::Vec3::new(x, 0.5, 0.0);
+        let point = |x: f32| Vec3::new(x, 0.5, 0.0);
         let mesh = Mesh {
             positions: vec![point(0.0), point(0.1), point(0.2), point(0.0)],
             triangles: vec![[0, 1, 2], [0, 0, 0], [0, 3, 1]],
@@ -152,4 +154,33 @@ fn lights_of_extreme_brightness() {
     }
     let (least, most) = (counts.iter().min(), counts.iter().max());
     assert!(most.zip(least).is_some_and(|(a, b)| a * 50 <= b * 51), "{counts:?}");
+}
+
+/// White walls and a small lamp, which is black: three of a hundred paths end there with each bounce.
+/// If roulette ended more of them, the few that live would weigh the more the longer they do, and one
+/// of them would decide about a record and all pixels around it.
+#[test]
+fn no_walk_between_white_walls_weighs_more_than_it_is_long() {
+    let mut t = TestScene::default();
+    let white = t.diffuse(Rgb::WHITE);
+    t.room(white);
+    add_lamp(&mut t, 5.0);
+    t.camera(DVec3::new(0.1, 0.0, -0.9), DVec3::new(0.0, -0.1, 1.0), 90.0, 24);
+    t.tables.integrator = cached(IrrCacheSettings::default());
+    let scene = t.build();
+    let streams = SamplerSettings { kind: SamplerKind::Independent, sample_count: 20_000, seed: 5 };
+    let walks = (0..20_000).map(|i| {
+        let mut sampler = Sampler::new(&streams, (0, 0), i);
+        let ray = Ray::new(Vec3::ZERO, warp::uniform_sphere(sampler.next_2d()));
+        let mut rays = 0;
+        let settings = &scene.tables.integrator;
+        let (found, _) = record_walk(&scene, settings, &ray, &mut sampler, &mut rays);
+        (found.r, rays)
+    });
+    let walks: Vec<(f32, u64)> = walks.collect();
+    let mean = walks.iter().map(|walk| walk.0).sum::<f32>() / walks.len() as f32;
+    let longest = walks.iter().map(|walk| walk.1).max().expect("walks");
+    assert!(longest > 200, "the test could tell nothing: {longest} rays at most");
+    let most = walks.iter().map(|walk| walk.0).fold(0.0, f32::max);
+    assert!(most < 60.0 * mean, "{most}, where the mean is {mean}");
 }

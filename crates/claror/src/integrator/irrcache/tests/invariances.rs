@@ -191,7 +191,12 @@ fn permuted_channels_permute_records_and_picture() {
         t.build()
     };
     // One batch whatever the noise, walks to their end: nothing asks for the luminance.
-    let exact = IrrCacheSettings { bounces: Bounces::Path, noise: Some(1e9), ..Default::default() };
+    let exact = IrrCacheSettings {
+        bounces: Bounces::Path,
+        noise: Some(1e9),
+        smoothing: Some(0.0),
+        ..Default::default()
+    };
     let [a, b] = [false, true].map(|is_turned| build(&scene(is_turned, exact)));
     let mut common = 0;
     for record in &a.records {

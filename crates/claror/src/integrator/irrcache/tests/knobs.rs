@@ -96,6 +96,39 @@ fn a_smaller_angle_makes_more_records_on_what_is_round() {
     }
 }
 
+/// Two caches of other random numbers differ less, and hold as much light.
+#[test]
+fn smoothing_leaves_less_noise_and_all_light() {
+    let both = |smoothing| {
+        [1, 2].map(|seed| {
+            let settings = IrrCacheSettings { error: 0.05, smoothing: Some(smoothing), ..coarse() };
+            let mut t = mixed_room(96);
+            t.tables.integrator = cached(settings);
+            let mut scene = t.build();
+            scene.tables.sensors[0].sampler.seed = seed;
+            build(&scene)
+        })
+    };
+    let measure = |[a, b]: &[IrradianceCache; 2]| {
+        let (mut sum, mut differences) = (0.0, Vec::new());
+        for query in queries(&a.records) {
+            if let (Some(a), Some(b)) = (a.lookup(&query), b.lookup(&query)) {
+                let [a, b] = [a, b].map(|found| found.irradiance.luminance());
+                sum += 0.5 * (a + b);
+                differences.push((a - b).abs() / (a + b));
+            }
+        }
+        differences.sort_by(f32::total_cmp);
+        [sum / differences.len() as f32, differences[differences.len() / 2]]
+    };
+    let (rough, smooth) = (both(0.0), both(3.0));
+    assert_eq!(rough[0].records.len(), smooth[0].records.len());
+    let ([mean, noise], [smooth_mean, smooth_noise]) = (measure(&rough), measure(&smooth));
+    assert!(noise > 0.02, "the test could tell nothing: {noise}");
+    assert!(smooth_noise < 0.8 * noise, "{noise}, then {smooth_noise}");
+    assert!((smooth_mean - mean).abs() < 0.01 * mean, "{mean}, then {smooth_mean}");
+}
+
 #[test]
 fn gradients_are_made_and_used_where_wanted() {
     let with = |criterion, gradients| {
@@ -236,7 +269,6 @@ fn look_ups_follow_their_parameters() {
 
 #[test]
 fn radii_follow_their_parameters() {
-    let usual = cache(coarse()).records;
     let finer = cache(IrrCacheSettings { error: 0.05, ..coarse() }).records;
     assert_eq!(cache(IrrCacheSettings { quality: 2.0, ..coarse() }).records, finer);
     let ward = IrrCacheSettings { criterion: Criterion::Ward92, accuracy: Some(0.2), ..coarse() };
@@ -251,7 +283,9 @@ fn radii_follow_their_parameters() {
     assert!(round(&cache(small).records));
     assert!(!round(&cache(IrrCacheSettings { ellipse: true, ..small }).records));
     // The radius of the first record, which is the same point: ℓ (2ε/κ)^η.
-    let square = cache(IrrCacheSettings { exponent: 0.5, ..coarse() }).records;
+    let alone = IrrCacheSettings { smoothing: Some(0.0), ..coarse() };
+    let [usual, square] =
+        [0.25, 0.5].map(|exponent| cache(IrrCacheSettings { exponent, ..alone }).records);
     assert_eq!(square[0].irradiance, usual[0].irradiance);
     assert_ne!(square[0].natural_radius, usual[0].natural_radius);
     let crevices = |records: &[Record]| records.iter().any(|r| r.flags & Record::CREVICE != 0);
