@@ -24,8 +24,9 @@ const FIRST_WALKS: usize = 1 << 15;
 /// With fewer the noise of the cells shows, however well the mean is known.
 const WALKS: (usize, usize) = (1 << 17, 1 << 23);
 const WALKS_PER_PIXEL: usize = 128;
-/// Walks go on until what they say about the mean of the picture has this relative standard error.
-/// All records share them, so their errors do not average out.
+/// Walks go on until what they say about the mean of the picture has this relative standard error by
+/// default; with finer settings less, as with the noise of records. All records share them, so their
+/// errors do not average out.
 const WANTED: f64 = 0.002;
 /// Walks after which their segments teach where light comes from, and after which no more: the
 /// first walks know too little to teach, and most scenes are done before guidance pays.
@@ -86,7 +87,8 @@ impl IrradianceHash {
         let mut statistics = HashStatistics::default();
         let mut sums = Vec::new();
         let mut goal = FIRST_WALKS;
-        let mut outlook = Outlook::default();
+        let wanted = walker.wanted();
+        let mut outlook = Outlook { wanted, ..Default::default() };
         loop {
             // A part at a time: what walks found is kept until it is in the tables.
             while statistics.walks < goal {
@@ -103,7 +105,7 @@ impl IrradianceHash {
             // Where nothing is diffuse, walks have nothing to fill.
             let is_empty = walker.tables.iter().all(Table::is_empty);
             let error = relative_error(&sums);
-            let is_known = goal >= WALKS.0 && error <= WANTED;
+            let is_known = goal >= WALKS.0 && error <= wanted;
             if is_empty || is_known || goal >= most {
                 return Some((walker.known(), statistics));
             }
@@ -118,6 +120,8 @@ impl IrradianceHash {
 #[derive(Debug, Default)]
 struct Outlook {
     walks: Option<usize>,
+    /// Their relative standard error in the end.
+    wanted: f64,
     /// Share that was told last: it does not fall.
     share: f64,
 }
@@ -125,7 +129,7 @@ struct Outlook {
 impl Outlook {
     /// From the error of so many walks, which falls with the square root of their number.
     fn learn(&mut self, walks: usize, most: usize, error: f64) {
-        let doublings = (error / WANTED).powi(2).log2().ceil().clamp(1.0, 32.0) as u32;
+        let doublings = (error / self.wanted).powi(2).log2().ceil().clamp(1.0, 32.0) as u32;
         self.walks = Some((walks << doublings).clamp(WALKS.0, most));
     }
 
@@ -151,6 +155,12 @@ impl<'a> Walker<'a> {
             guide: None,
             teacher: None,
         }
+    }
+
+    /// Relative standard error at which walks end.
+    fn wanted(&self) -> f64 {
+        let refinement = self.scene.tables.integrator.cache.refinement();
+        WANTED / f64::from(refinement.max(1.0)).sqrt()
     }
 
     /// Makes the walks of some chunks.
