@@ -34,6 +34,9 @@ const LONGEST_SEGMENT: f32 = 2.0;
 /// Largest cell that a ray may use, as a share of its length: about what a record cannot resolve,
 /// whose rays are so far apart. The smallest cells serve the shortest rays.
 const RESOLUTION: f32 = 0.1;
+/// What a random number is multiplied with for its later digits: they are as good as independent, and
+/// enough are left.
+const DIGITS: f32 = 64.0;
 /// Bytes of a cell in a file.
 const CELL_BYTES: usize = 8 + 4 * 6;
 /// Steps beyond a key's own slot, mean of all: less than one where keys are as random as they
@@ -115,7 +118,9 @@ impl IrradianceHash {
     }
 
     /// Mean irradiance around the surface point at the end of a ray, if its cell was reached; `u`
-    /// moves the look-up within a cell's width, which turns the cells' edges into noise.
+    /// moves the look-up within a cell's width, which turns the cells' edges into noise. Only its
+    /// later digits do, so that it may choose a direction where no cell is found: the way in which
+    /// none is found must say nothing about that.
     pub(in crate::integrator) fn lookup(
         &self,
         si: &SurfaceInteraction,
@@ -124,10 +129,11 @@ impl IrradianceHash {
         if si.t < self.min_segment {
             return None;
         }
+        let within = (u * DIGITS).fract();
         let finest = (self.cell / (RESOLUTION * si.t)).log2().ceil().max(0.0) as u32;
         // Coarser cells know where finer ones were hardly visited.
         (0..=finest.min(LEVELS - 1)).rev().find_map(|level| {
-            let shift = (u - 0.5) * self.edge(level);
+            let shift = (within - 0.5) * self.edge(level);
             let p = si.p + si.frame.s * shift.x + si.frame.t * shift.y;
             self.find(self.key(p, lit_normal(si), si.shape, level))
         })

@@ -1,12 +1,13 @@
-//! Guided walks against unguided ones.
+//! Guided walks against unguided ones, and what look-ups do with their numbers.
 
 use super::fill::guide_after;
 use super::guide::WalkGuide;
 use super::walk::Walks;
+use super::{CellIrradiance, IrradianceHash, LEVELS};
 use crate::integrator::irrcache::IrrCacheSettings;
 use crate::integrator::irrcache::tests::furnace;
 use crate::math::statistics::{Moments, normal_quantile};
-use crate::math::{DVec3, Vec2, Vec3};
+use crate::math::{DVec3, Ray, Vec2, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
 use crate::scene::Scene;
 use crate::scene::test_scene::{TestScene, place};
@@ -118,4 +119,39 @@ fn places_without_lessons_have_no_guide() {
     let guide = guide_after(&scene, 1 << 12);
     let behind = DVec3::new(-0.99, -0.99, -0.99).as_vec3();
     assert!(guide.at(behind, Vec3::Z).is_none());
+}
+
+/// Where cells are known on one side of a point only, whether one is found says nothing about the
+/// direction that the same numbers choose.
+#[test]
+fn numbers_that_find_no_cell_are_like_all_others() {
+    let scene = room_with_a_slit();
+    let ray = Ray::new(DVec3::new(0.5, 0.0, 0.0).as_vec3(), -Vec3::Y);
+    let si = scene.intersect(&ray).expect("the floor");
+    let mut hash = IrradianceHash::empty(1.0, 1.0);
+    let offsets = || (-32..32).map(|i| (i as f32 + 0.5) * hash.edge(0) / 32.0);
+    let mut keys: Vec<u64> = (0..LEVELS)
+        .flat_map(|level| {
+            let known = offsets().filter(|x| *x < 0.0);
+            let points = known.flat_map(|x| offsets().map(move |y| (x, y)));
+            points.map(move |(x, y)| (level, si.p + si.frame.s * x + si.frame.t * y))
+        })
+        .map(|(level, p)| hash.key(p, si.frame.n, si.shape, level))
+        .collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let means: Vec<_> = keys.iter().map(|&key| (key, CellIrradiance::BLACK)).collect();
+    hash.insert(&means, usize::MAX);
+    let mut missed = [Moments::default(), Moments::default()];
+    const N: u32 = 512;
+    for i in 0..N * N {
+        let u = (Vec2::new((i % N) as f32, (i / N) as f32) + 0.5) / N as f32;
+        if hash.lookup(&si, u).is_none() {
+            missed[0].add(u.x.into());
+            missed[1].add(u.y.into());
+        }
+    }
+    let share = missed[0].count as f64 / f64::from(N * N);
+    assert!((0.1..0.9).contains(&share), "the test could tell nothing: {share}");
+    assert!(missed.iter().all(|m| (m.mean - 0.5).abs() < 0.01), "{missed:?}");
 }
