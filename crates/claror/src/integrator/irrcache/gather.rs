@@ -168,8 +168,8 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Batches of rays until the irradiance is as exact as wanted, and its relative error. Whole batches are added, never
-    /// rays where the first ones look uncertain, which would bias.
+    /// Batches of rays until the irradiance is as exact as wanted, and its relative error. Whole
+    /// batches are added, never rays where the first ones look uncertain, which would bias.
     fn quiet_hemisphere(
         &self,
         place: &Place,

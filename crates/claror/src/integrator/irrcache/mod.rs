@@ -43,7 +43,7 @@ pub use visible::{VisibleRecord, VisibleRecords};
 
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
-use crate::math::{Bounds3, Ray};
+use crate::math::{Bounds3, Ray, Vec3};
 use crate::scene::Scene;
 use deep::DeepCache;
 pub(super) use hash::{IrradianceHash, direct_light, lit_normal};
@@ -143,10 +143,15 @@ impl IrradianceCache {
 /// Whether nothing stands between a point and a record, as far as the record knows.
 fn is_in_sight(scene: &Scene, si: &SurfaceInteraction, record: &Record, rays: &mut u64) -> bool {
     let Some(end) = record.sight_of(si.p) else { return true };
+    *rays += 1;
+    is_free(scene, si, end)
+}
+
+/// Whether nothing stands between a point of a surface and another.
+fn is_free(scene: &Scene, si: &SurfaceInteraction, end: Vec3) -> bool {
     let start = si.spawn_origin(end - si.p);
     let way = end - start;
     let length = way.length();
-    *rays += 1;
     length <= 0.0 || !scene.occluded(&Ray { t_max: length, ..Ray::new(start, way / length) })
 }
 

@@ -4,10 +4,8 @@ use rayon::prelude::*;
 
 use super::gather::{Gatherer, Place};
 use super::progress::CacheWatch;
-use super::with_slack;
+use super::{is_free, with_slack};
 use crate::irradiance::{LookupSettings, Record, Smoother, Uncertainty};
-use crate::math::Ray;
-use crate::scene::Scene;
 use crate::spectrum::Rgb;
 
 /// Where a record comes from.
@@ -54,7 +52,9 @@ pub(super) fn smooth(
             let mut rays = 0;
             let irradiance = smoother.irradiance(i, |other| {
                 rays += 1;
-                is_visible(scene, &origin.place, &records[other])
+                // As for look-ups, but farther away than a record knows of.
+                let (si, other) = (&origin.place.si, &records[other]);
+                is_free(scene, si, other.sight_from((other.position - si.p).length()))
             });
             Some((irradiance, rays))
         })
@@ -64,14 +64,4 @@ pub(super) fn smooth(
         *rays += count;
     }
     Some(())
-}
-
-/// Whether nothing stands between a place and a record, as [`Record::sight_of`] has it, but farther
-/// away than it knows of.
-fn is_visible(scene: &Scene, place: &Place, record: &Record) -> bool {
-    let end = record.sight_from((record.position - place.si.p).length());
-    let start = place.si.spawn_origin(end - place.si.p);
-    let way = end - start;
-    let length = way.length();
-    length <= 0.0 || !scene.occluded(&Ray { t_max: length, ..Ray::new(start, way / length) })
 }
