@@ -25,13 +25,13 @@ pub struct Interpolated {
 
 /// A record that goes into a look-up.
 #[derive(Clone, Copy)]
-pub(super) struct Candidate {
-    pub(super) index: u32,
-    pub(super) weight: f32,
+pub(crate) struct Candidate {
+    pub(crate) index: u32,
+    pub(crate) weight: f32,
     distance2: f32,
 }
 
-pub(super) type Candidates = ArrayVec<Candidate, CAPACITY>;
+pub(crate) type Candidates = ArrayVec<Candidate, CAPACITY>;
 
 /// Irradiance at a point from the records around it; `None` when too few of them can serve it.
 ///
@@ -60,7 +60,7 @@ pub fn lookup_seen(
 /// [`lookup_seen`] that shows to `show` what goes in. A function of its own for each of its users,
 /// so that nobody's look-ups pay for those of others.
 #[inline(always)]
-pub(super) fn lookup_with(
+pub(crate) fn lookup_with(
     records: &[Record],
     index: &Index,
     query: &Query,

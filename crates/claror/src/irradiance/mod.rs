@@ -23,6 +23,7 @@ mod polar;
 mod record;
 mod rotational;
 mod smooth;
+mod surroundings;
 #[cfg(test)]
 mod tests;
 
@@ -36,6 +37,7 @@ pub use hemisphere::{Cell, Grid, Hemisphere};
 pub use index::{Bvh, Cells, Index, IndexKind, LeafOctree, Octree};
 pub use inspect::{Inspection, Miss, inspect};
 pub use kernel::{LookupSettings, Query, Reach, Rejection, Weight, rejection, weight};
+pub(crate) use lookup::{Candidate, Candidates, lookup_with};
 pub use lookup::{Interpolated, lookup, lookup_seen};
 pub use mesh::{
     Derivatives, MeshRule, MeshSettings, MeshTopology, luminance_gradient, mesh_derivatives,
@@ -44,3 +46,4 @@ pub use polar::ward_heckbert_gradient;
 pub use record::Record;
 pub use rotational::{angular_support, rotational_curvature, rotational_gradient};
 pub use smooth::{Smoother, Uncertainty};
+pub use surroundings::Surroundings;

@@ -85,9 +85,9 @@ impl DeepCache {
                 break;
             }
         }
-        let (records, mut statistics) = filling.finish();
-        statistics.walks = done as usize;
-        let cache = IrradianceCache::new(records, statistics, &coarse.cache, None, bounds);
+        let mut contents = filling.finish();
+        contents.statistics.walks = done as usize;
+        let cache = contents.freeze(&coarse.cache, bounds);
         Some(Self { cache, depth })
     }
 
@@ -130,6 +130,7 @@ fn coarser(cache: &IrrCacheSettings) -> IrrCacheSettings {
         max_pixel_spacing: SPACING * cache.max_pixel_spacing,
         min_radius: SPACING * cache.min_radius,
         max_radius: SPACING * cache.max_radius,
+        contact_shadows: Some(false),
         ..*cache
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{CacheStatistics, IrrCacheSettings, IrradianceCache, IrradianceHash};
 use crate::bytes::{BytesError, Reader, put_f32, put_u32, put_u64};
-use crate::irradiance::Record;
+use crate::irradiance::{Record, Surroundings};
 use crate::math::{Bounds3, Vec3};
 use crate::spectrum::Rgb;
 
@@ -11,6 +11,8 @@ use crate::spectrum::Rgb;
 pub struct CacheContents {
     /// The records, in the order in which they were inserted.
     pub records: Vec<Record>,
+    /// What these saw, one by one, or nothing.
+    pub(super) surroundings: Vec<Surroundings>,
     /// How they were made.
     pub statistics: CacheStatistics,
     pub(super) hash: Option<IrradianceHash>,
@@ -25,7 +27,7 @@ const NOT_UNIT: f32 = 1e-4;
 impl CacheContents {
     /// As bytes, little-endian; the layout belongs to this version of the crate.
     pub fn to_bytes(&self) -> Vec<u8> {
-        put_cache(&self.records, &self.statistics, self.hash.as_ref())
+        put_cache(&self.records, &self.surroundings, &self.statistics, self.hash.as_ref())
     }
 
     /// From what [`CacheContents::to_bytes`] made. Takes no more memory than a small multiple of
@@ -46,6 +48,7 @@ impl CacheContents {
             }
             records.push(record);
         }
+        let surroundings = read_surroundings(&mut reader, count)?;
         let hash = match reader.u32()? {
             0 => None,
             1 => Some(IrradianceHash::read(&mut reader)?),
@@ -53,7 +56,7 @@ impl CacheContents {
         };
         reader.finish()?;
         statistics.records = count;
-        Ok(Self { records, statistics, hash })
+        Ok(Self { records, surroundings, statistics, hash })
     }
 
     /// Cells of the hash; `None` where there is no hash.
@@ -63,25 +66,28 @@ impl CacheContents {
 
     /// Memory that it takes, without an index, bytes.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(&self.records[..]) + self.hash.as_ref().map_or(0, IrradianceHash::memory_bytes)
+        size_of_val(&self.records[..])
+            + size_of_val(&self.surroundings[..])
+            + self.hash.as_ref().map_or(0, IrradianceHash::memory_bytes)
     }
 
     /// Ready for look-ups in a scene with these bounds, which some indices are made around.
     pub fn freeze(self, settings: &IrrCacheSettings, bounds: Bounds3) -> IrradianceCache {
-        IrradianceCache::new(self.records, self.statistics, settings, self.hash, bounds)
+        IrradianceCache::new(self, settings, bounds)
     }
 }
 
 impl IrradianceCache {
     /// What [`CacheContents::from_bytes`] reads.
     pub fn to_bytes(&self) -> Vec<u8> {
-        put_cache(&self.records, &self.statistics, self.hash.as_ref())
+        put_cache(&self.records, &self.surroundings, &self.statistics, self.hash.as_ref())
     }
 
     /// A number that differs when what is looked up differs, 64-bit FNV-1a of the bytes without
     /// the statistics.
     pub fn content_hash(&self) -> u64 {
-        let bytes = put_cache(&self.records, &CacheStatistics::default(), self.hash.as_ref());
+        let nothing = CacheStatistics::default();
+        let bytes = put_cache(&self.records, &self.surroundings, &nothing, self.hash.as_ref());
         bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
         })
@@ -90,6 +96,7 @@ impl IrradianceCache {
 
 fn put_cache(
     records: &[Record],
+    surroundings: &[Surroundings],
     statistics: &CacheStatistics,
     hash: Option<&IrradianceHash>,
 ) -> Vec<u8> {
@@ -98,6 +105,9 @@ fn put_cache(
     put_u64(&mut out, records.len() as u64);
     out.reserve(records.len() * RECORD_BYTES);
     records.iter().for_each(|record| put_record(&mut out, record));
+    put_u32(&mut out, u32::from(!surroundings.is_empty()));
+    out.reserve(size_of_val(surroundings));
+    surroundings.iter().for_each(|one| one.put(&mut out));
     put_u32(&mut out, u32::from(hash.is_some()));
     if let Some(hash) = hash {
         hash.put(&mut out);
@@ -188,6 +198,20 @@ fn read_record(reader: &mut Reader) -> Result<Record, BytesError> {
     })
 }
 
+/// Those of all records, or of none.
+fn read_surroundings(reader: &mut Reader, count: usize) -> Result<Vec<Surroundings>, BytesError> {
+    let count = match reader.u32()? {
+        0 => 0,
+        1 => count,
+        _ => return Err(BytesError::BadLength),
+    };
+    let one = |index| {
+        let found = Surroundings::read(reader)?;
+        found.ok_or(BytesError::BadEntry { what: "surroundings", index })
+    };
+    (0..count).map(one).collect()
+}
+
 /// Whether look-ups can rely on it.
 fn is_sound(record: &Record) -> bool {
     let is_unit = |v: Vec3| (v.length_squared() - 1.0).abs() <= NOT_UNIT;
@@ -229,6 +253,7 @@ mod tests {
     fn small() -> CacheContents {
         let mut contents = CacheContents::from_bytes(&cache().to_bytes()).unwrap();
         contents.records.truncate(3);
+        contents.surroundings.truncate(3);
         contents.statistics.records = 3;
         contents.hash.as_mut().unwrap().keep(5);
         contents
@@ -241,6 +266,8 @@ mod tests {
         let bytes = cache.to_bytes();
         let contents = CacheContents::from_bytes(&bytes).unwrap();
         assert_eq!(contents.records, cache.records);
+        assert_eq!(contents.surroundings, cache.surroundings);
+        assert_eq!(contents.surroundings.len(), contents.records.len());
         assert_eq!(contents.statistics, cache.statistics);
         assert_eq!(contents.hash, cache.hash);
         assert_eq!(contents.to_bytes(), bytes);
@@ -279,6 +306,8 @@ mod tests {
         other.records[0].corral ^= 1 << 31;
         assert_ne!(hash(&other), hash(&whole));
         let other = CacheContents { hash: None, ..whole.clone() };
+        assert_ne!(hash(&other), hash(&whole));
+        let other = CacheContents { surroundings: Vec::new(), ..whole.clone() };
         assert_ne!(hash(&other), hash(&whole));
     }
 

@@ -16,7 +16,7 @@ use crate::integrator::path::record_walk_at;
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{
     Cell, Criterion, Estimates, Grid, Hemisphere, MeshSettings, MeshTopology, Radii, RadiusBounds,
-    RadiusSettings, Record, mesh_derivatives, radii, ward_heckbert_gradient,
+    RadiusSettings, Record, Surroundings, mesh_derivatives, radii, ward_heckbert_gradient,
 };
 use crate::math::{Frame, Vec3};
 use crate::sampler::{SamplerKind, SamplerSettings, SamplerTable};
@@ -39,6 +39,8 @@ pub(super) struct Gathered {
     pub(super) record: Record,
     /// Relative standard error of its irradiance, as far as its rays tell.
     pub(super) relative_error: f32,
+    /// What it saw, if that is wanted.
+    pub(super) surroundings: Option<Surroundings>,
 }
 
 /// Makes records: everything that they have in common.
@@ -135,7 +137,10 @@ impl<'a> Gatherer<'a> {
         }
         let radii = self.radii(&estimates, place.footprint);
         let record = estimates.record(place.key, place.si.p, &frame, &radii);
-        record.is_valid().then_some(Gathered { record, relative_error })
+        let reach = self.bounds(place.footprint).least;
+        let is_wanted = self.settings.cache.contact_shadows();
+        let surroundings = is_wanted.then(|| Surroundings::new(&hemisphere, reach));
+        record.is_valid().then_some(Gathered { record, relative_error, surroundings })
     }
 
     /// Irradiance at a place by one batch of rays, W·m⁻²; `None` where it would be chance.

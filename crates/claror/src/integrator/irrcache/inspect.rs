@@ -75,6 +75,8 @@ mod tests {
             gather_samples: Some(100),
             noise: Some(0.5),
             leak_protection: Some(false),
+            // Layers show what records say.
+            contact_shadows: Some(false),
             ..Default::default()
         };
         t.tables.integrator = IntegratorSettings {

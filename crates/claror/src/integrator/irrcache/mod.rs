@@ -14,6 +14,7 @@
 //! Paths are not followed beyond a diffuse surface, so `max_depth` counts at the first one seen;
 //! behind mirrors and glass the cache may hold bounces that `max_depth` would leave out.
 
+mod contact;
 mod deep;
 mod file;
 pub(super) mod gather;
@@ -42,9 +43,13 @@ pub(super) use shade::cached;
 pub use visible::{VisibleRecord, VisibleRecords};
 
 use crate::interaction::SurfaceInteraction;
-use crate::irradiance::{Index, Interpolated, LookupSettings, Query, Record, lookup, lookup_seen};
+use crate::irradiance::{
+    Candidates, Index, Interpolated, LookupSettings, Query, Record, Surroundings, lookup,
+    lookup_with,
+};
 use crate::math::{Bounds3, Ray, Vec3};
 use crate::scene::Scene;
+use contact::Served;
 use deep::DeepCache;
 pub(super) use hash::{IrradianceHash, direct_light, lit_normal};
 
@@ -93,6 +98,8 @@ pub(super) enum WalkEnd<'a> {
 pub struct IrradianceCache {
     /// The records, in the order in which they were inserted.
     pub records: Vec<Record>,
+    /// What these saw, one by one; empty where nobody asks for it.
+    surroundings: Vec<Surroundings>,
     /// How it was made.
     pub statistics: CacheStatistics,
     index: Index,
@@ -103,19 +110,14 @@ pub struct IrradianceCache {
 }
 
 impl IrradianceCache {
-    fn new(
-        records: Vec<Record>,
-        statistics: CacheStatistics,
-        settings: &IrrCacheSettings,
-        hash: Option<IrradianceHash>,
-        bounds: Bounds3,
-    ) -> Self {
+    fn new(contents: CacheContents, settings: &IrrCacheSettings, bounds: Bounds3) -> Self {
+        let CacheContents { records, surroundings, statistics, hash } = contents;
         let lookup = settings.frozen_lookup();
         let bounds = with_slack(bounds);
         let index = Index::finished(settings.index(), &records, bounds, lookup.reach());
         // Records that several views made are all there from the beginning.
         let is_history = !settings.overture() && records.is_sorted_by_key(|record| record.key);
-        Self { records, statistics, index, lookup, hash, is_history }
+        Self { records, surroundings, statistics, index, lookup, hash, is_history }
     }
 
     /// Irradiance at a point, W·m⁻²; `None` where no record serves it.
@@ -186,13 +188,14 @@ impl<'a> CacheView<'a> {
         si: &SurfaceInteraction,
         query: &Query,
         rays: &mut u64,
-    ) -> Option<Interpolated> {
+    ) -> Option<Served> {
         let IrradianceCache { index, lookup: settings, .. } = self.cache;
-        if !scene.tables.integrator.cache.leak_protection() {
-            return lookup(self.records, index, query, settings);
-        }
-        let is_seen = |record: &Record| is_in_sight(scene, si, record, rays);
-        lookup_seen(self.records, index, query, settings, is_seen)
+        let mut candidates = Candidates::new();
+        let is_protected = scene.tables.integrator.cache.leak_protection();
+        let is_seen = |record: &Record| !is_protected || is_in_sight(scene, si, record, rays);
+        let keep = |all: &Candidates| candidates.clone_from(all);
+        let found = lookup_with(self.records, index, query, settings, is_seen, keep)?;
+        Some(Served { found, candidates })
     }
 
     /// Where walks of pixels may end.

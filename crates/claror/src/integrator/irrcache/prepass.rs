@@ -25,8 +25,8 @@ use crate::film::CropWindow;
 use crate::integrator::light::past;
 use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{
-    Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, limited, lookup,
-    lookup_seen,
+    Index, LookupSettings, NeighbourClamp, Query, RadiusBounds, Record, Surroundings, limited,
+    lookup, lookup_seen,
 };
 use crate::math::{Bounds3, Ray, Vec2};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -150,12 +150,14 @@ impl IrradianceCache {
         let (deep_walks, deep_rays) = deep.as_ref().map_or((0, 0), DeepCache::cost);
         filling.statistics.walks += filled.walks + deep_walks;
         filling.statistics.rays += filled.rays + deep_rays;
-        let (records, statistics) = filling.finish();
-        if old_count > 0 && records.len() == old_count {
+        let contents = filling.finish();
+        let contents = if old_count > 0 && contents.records.len() == old_count {
             // Nothing was missing: it stays as it was.
-            return Some(Self::new(records, old_statistics, &settings.cache, old_hash, bounds));
-        }
-        Some(Self::new(records, statistics, &settings.cache, hash, bounds))
+            CacheContents { statistics: old_statistics, hash: old_hash, ..contents }
+        } else {
+            CacheContents { hash, ..contents }
+        };
+        Some(contents.freeze(&settings.cache, bounds))
     }
 }
 
@@ -164,6 +166,8 @@ pub(super) struct Filling<'a> {
     gatherer: &'a Gatherer<'a>,
     lookup: LookupSettings,
     records: Vec<Record>,
+    /// What they saw, one by one, or nothing.
+    surroundings: Vec<Surroundings>,
     index: Index,
     /// Where its last records come from, all that were made here.
     origins: Vec<Origin>,
@@ -228,13 +232,14 @@ impl<'a> Filling<'a> {
         let neighbours = cache
             .clamp_neighbor()
             .then(|| Neighbours::new(gatherer.radius.neighbour_slope(), &first.records));
-        let CacheContents { records, statistics, .. } = first;
+        let CacheContents { records, surroundings, statistics, .. } = first;
         let protected_scene = cache.leak_protection().then_some(gatherer.scene);
         Self {
             gatherer,
             lookup,
             before: (records.len(), statistics.rays),
             records,
+            surroundings,
             index,
             origins: Vec::new(),
             statistics,
@@ -355,7 +360,7 @@ impl<'a> Filling<'a> {
         let made = made?;
         for ((gathered, rays), place) in made.into_iter().zip(places) {
             self.statistics.rays += rays;
-            let Some(Gathered { record, relative_error }) = gathered else {
+            let Some(Gathered { record, relative_error, surroundings }) = gathered else {
                 self.statistics.invalid += 1;
                 continue;
             };
@@ -373,6 +378,7 @@ impl<'a> Filling<'a> {
             };
             self.index.insert(self.records.len() as u32, &record);
             self.records.push(record);
+            self.surroundings.extend(surroundings);
             self.origins.push(Origin { place: *place, relative_error });
         }
         Some(())
@@ -398,9 +404,11 @@ impl<'a> Filling<'a> {
         smooth(self.gatherer, &self.lookup, records, &self.origins, rays, self.watch)
     }
 
-    pub(super) fn finish(mut self) -> (Vec<Record>, CacheStatistics) {
-        self.statistics.records = self.records.len();
-        (self.records, self.statistics)
+    /// All but a hash.
+    pub(super) fn finish(self) -> CacheContents {
+        let Self { records, surroundings, mut statistics, .. } = self;
+        statistics.records = records.len();
+        CacheContents { records, surroundings, statistics, hash: None }
     }
 }
 

@@ -1,10 +1,12 @@
 //! A look-up beside what it stands for: irradiance by walks that know no cache.
 
 use super::IrradianceCache;
+use super::contact::{Contact, Served};
 use super::hash::lit_normal;
 use super::prepass::first_diffuse;
 use crate::integrator::IntegratorSettings;
 use crate::integrator::path::record_walk;
+use crate::interaction::SurfaceInteraction;
 use crate::irradiance::{Grid, Interpolated, Query, Record};
 use crate::math::{Frame, Ray, Vec3};
 use crate::sampler::{Sampler, SamplerKind, SamplerSettings};
@@ -40,11 +42,12 @@ pub struct Probe {
     pub position: Vec3,
     /// Radiance at the camera per irradiance.
     pub weight: Rgb,
-    /// What the cache says; `None` where no record serves the point.
+    /// What the picture takes from the cache, contact shadows among it; `None` where no record
+    /// serves the point.
     pub cached: Option<Interpolated>,
     /// Irradiance by walks, W·m⁻².
     pub expected: Rgb,
-    /// Squared standard error of the luminance of [`Probe::expected`].
+    /// Squared standard error of the luminance of [`Probe::expected`] less what is cached.
     pub variance: f64,
 }
 
@@ -97,39 +100,55 @@ impl IrradianceCache {
         }
         let n = lit_normal(&seen.si);
         let query = Query { p: seen.si.p, n_smooth: n, n_shading: n };
-        let cached = self.all().lookup_seen(scene, &seen.si, &query, rays);
-        let samples = SamplerSettings {
-            kind: SamplerKind::Sobol,
-            sample_count: settings.grid * settings.grid,
-            seed: settings.seed,
+        let served = self.all().lookup_seen(scene, &seen.si, &query, rays);
+        let walks = Walks {
+            scene,
+            integrator,
+            n: settings.grid,
+            samples: SamplerSettings {
+                kind: SamplerKind::Sobol,
+                sample_count: settings.grid * settings.grid,
+                seed: settings.seed,
+            },
+            si: &seen.si,
+            frame: Frame::from_normal(n),
         };
-        let (mut mean, mut luminance, mut squares) = ([0.0; 3], 0.0, 0.0);
-        let frame = Frame::from_normal(n);
+        let is_wanted = integrator.cache.debias <= 0.0;
+        let contact = served.as_ref().filter(|_| is_wanted).map(|served| Contact {
+            scene,
+            view: self.all(),
+            served,
+            si: &seen.si,
+            depth: seen.depth,
+        });
+        let (mut mean, mut nearby) = ([0.0; 3], [0.0; 3]);
+        let (mut luminance, mut squares) = (0.0, 0.0);
         for batch in 0..settings.batches {
-            let spawn = |local: Vec3| seen.si.spawn_ray(frame.to_world(local));
-            let found = irradiance(
-                scene,
-                integrator,
-                settings.grid,
-                &samples,
-                (stream, batch),
-                spawn,
-                rays,
-            );
             let count = f64::from(batch + 1);
-            for (mean, found) in mean.iter_mut().zip(found.to_array()) {
-                *mean += (f64::from(found) - *mean) / count;
-            }
+            let update = |mean: &mut [f64; 3], found: Rgb| {
+                for (mean, found) in mean.iter_mut().zip(found.to_array()) {
+                    *mean += (f64::from(found) - *mean) / count;
+                }
+            };
+            let found = walks.irradiance((stream, batch), rays);
+            update(&mut mean, found);
+            let known = contact
+                .map_or(Rgb::BLACK, |contact| walks.contact(&contact, (stream, !batch), rays));
+            update(&mut nearby, known);
             // Welford's update.
-            let step = f64::from(found.luminance()) - luminance;
+            let difference = f64::from(found.luminance() - known.luminance());
+            let step = difference - luminance;
             luminance += step / count;
-            squares += step * (f64::from(found.luminance()) - luminance);
+            squares += step * (difference - luminance);
         }
         let batches = f64::from(settings.batches);
         Some(Probe {
             position: seen.si.p,
             weight: seen.throughput * seen.albedo * FRAC_1_PI,
-            cached,
+            cached: served.as_ref().map(|Served { found, .. }| Interpolated {
+                irradiance: found.irradiance + Rgb::from(nearby.map(|m| m as f32)),
+                ..*found
+            }),
             expected: Rgb::from(mean.map(|m| m as f32)),
             variance: squares / (batches * (batches - 1.0)),
         })
@@ -155,26 +174,46 @@ impl IrradianceCache {
     }
 }
 
-/// One batch: irradiance by a walk from each cell of the grid.
-fn irradiance(
-    scene: &Scene,
-    integrator: &IntegratorSettings,
+/// Walks from a point, one from each cell of an n × n grid over the hemisphere.
+struct Walks<'a> {
+    scene: &'a Scene,
+    integrator: &'a IntegratorSettings,
     n: u32,
-    samples: &SamplerSettings,
-    stream: (u32, u32),
-    spawn: impl Fn(Vec3) -> Ray,
-    rays: &mut u64,
-) -> Rgb {
-    let grid = Grid::Concentric { n };
-    let mut sum = Rgb::BLACK;
-    for index in 0..n * n {
-        let mut sampler = Sampler::new(samples, stream, index);
-        let ray = spawn(grid.direction(index % n, index / n, sampler.next_2d()));
-        let radiance = record_walk(scene, integrator, &ray, &mut sampler, rays).0;
-        // What is not finite counts as black, as in records.
-        if radiance.is_finite() {
-            sum += radiance;
-        }
+    samples: SamplerSettings,
+    si: &'a SurfaceInteraction,
+    frame: Frame,
+}
+
+impl Walks<'_> {
+    /// One batch: irradiance by paths that know no cache.
+    fn irradiance(&self, stream: (u32, u32), rays: &mut u64) -> Rgb {
+        self.batch(stream, |wi, sampler| {
+            let ray = self.si.spawn_ray(wi);
+            record_walk(self.scene, self.integrator, &ray, sampler, rays).0
+        })
     }
-    sum * (PI / (n * n) as f32)
+
+    /// One batch: what the picture adds to a look-up for what records do not know.
+    fn contact(&self, contact: &Contact, stream: (u32, u32), rays: &mut u64) -> Rgb {
+        self.batch(stream, |wi, sampler| contact.missing(wi, sampler, rays))
+    }
+
+    fn batch(
+        &self,
+        stream: (u32, u32),
+        mut radiance: impl FnMut(Vec3, &mut Sampler) -> Rgb,
+    ) -> Rgb {
+        let grid = Grid::Concentric { n: self.n };
+        let mut sum = Rgb::BLACK;
+        for index in 0..self.n * self.n {
+            let mut sampler = Sampler::new(&self.samples, stream, index);
+            let local = grid.direction(index % self.n, index / self.n, sampler.next_2d());
+            let radiance = radiance(self.frame.to_world(local), &mut sampler);
+            // What is not finite counts as black, as in records.
+            if radiance.is_finite() {
+                sum += radiance;
+            }
+        }
+        sum * (PI / (self.n * self.n) as f32)
+    }
 }

@@ -82,6 +82,8 @@ pub struct IrrCacheSettings {
     pub overlap: Option<f32>,
     /// Within how many radii records even out their noise; 0: not at all.
     pub smoothing: Option<f32>,
+    /// Samples of the picture look for what is too near for records.
+    pub contact_shadows: Option<bool>,
     /// Sum of weights from which on a point is served in the first pass.
     pub min_weight: Option<f32>,
     /// How far a record may lie in front of a point, radii.
@@ -240,6 +242,10 @@ impl IrrCacheSettings {
         self.smoothing.unwrap_or(if is_usual { SMOOTHING } else { 0.0 })
     }
 
+    pub(super) fn contact_shadows(&self) -> bool {
+        self.contact_shadows.unwrap_or(self.criterion == Criterion::Hessian)
+    }
+
     pub(super) fn clamp_neighbor(&self) -> bool {
         self.clamp_neighbor.unwrap_or(self.criterion == Criterion::Krivanek06)
     }
@@ -297,6 +303,7 @@ impl Default for IrrCacheSettings {
             nearest: None,
             overlap: None,
             smoothing: None,
+            contact_shadows: None,
             min_weight: None,
             in_front: None,
             gradients: None,

@@ -4,6 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::CacheView;
 use super::WalkEnd;
+use super::contact::{Contact, Served};
 use super::hash::lit_normal;
 use super::signature::Signature;
 use super::sky::SkyLight;
@@ -220,9 +221,13 @@ impl Chain<'_> {
         let at = Lit { si, n: query.n_shading, bumped: bumped.map(|_| bsdf), albedo };
         self.result.lookups.lookups += 1;
         let irradiance = match self.cache.lookup_seen(self.scene, si, &query, &mut self.rays) {
-            Some(found) => {
-                self.result.lookups.records += u64::from(found.records);
-                self.debiased(found.irradiance, &at, dimension, sampler)
+            Some(served) => {
+                self.result.lookups.records += u64::from(served.found.records);
+                if self.settings.cache.debias > 0.0 {
+                    self.debiased(served.found.irradiance, &at, dimension, sampler)
+                } else {
+                    served.found.irradiance + self.contact(&served, &at, dimension, sampler)
+                }
             }
             None => match self.averaged(si, dimension, sampler) {
                 Some(irradiance) => irradiance,
@@ -247,6 +252,20 @@ impl Chain<'_> {
         }
         let walked = self.uncached(at, dimension, sampler);
         cached + (walked - cached) * (1.0 / probability)
+    }
+
+    /// What the records that serve a point do not know of one direction: see [`super::contact`].
+    fn contact(&mut self, served: &Served, at: &Lit, dimension: u32, sampler: &mut Sampler) -> Rgb {
+        sampler.set_dimension(dimension + 3);
+        let local = cosine_hemisphere(sampler.next_2d());
+        let wi = Frame::from_normal(at.n).to_world(local);
+        let share = at.share(wi, local.z);
+        if share <= 0.0 {
+            return Rgb::BLACK;
+        }
+        let Self { scene, cache: view, depth, .. } = *self;
+        let contact = Contact { scene, view, served, si: at.si, depth };
+        contact.missing(wi, sampler, &mut self.rays) * (PI * share)
     }
 
     /// What the hash knows of a surface that is seen by way of a rough one, which blurs more than

@@ -215,6 +215,16 @@ pub const PARAMETERS: &[CacheParameter] = &[
         ),
     },
     CacheParameter {
+        name: "contact_shadows",
+        unit: "",
+        doc: "samples of the picture look for what is nearer than the least radius, and add what records do not know of it",
+        changes: Change::Records,
+        field: Field::Switch {
+            get: IrrCacheSettings::contact_shadows,
+            set: |s, v| s.contact_shadows = Some(v),
+        },
+    },
+    CacheParameter {
         name: "min_weight",
         unit: "1",
         doc: "sum of weights below which a point gets a record of its own",

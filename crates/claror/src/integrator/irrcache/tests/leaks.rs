@@ -98,7 +98,7 @@ fn tables_are_left_alone() {
         for (x, z) in [(-0.38, -0.18), (0.38, -0.18), (-0.38, 0.58), (0.38, 0.58)] {
             for (dx, facing) in [(-0.01, -DVec3::X), (0.01, DVec3::X)] {
                 let centre = DVec3::new(x + dx, -0.86, z);
-                let leg = place(centre, facing, DVec3::new(0.01, 0.14, 1.0));
+                let leg = place(centre, facing, DVec3::new(0.14, 0.01, 1.0));
                 t.shape(ShapeKind::Rectangle(leg), grey);
             }
         }

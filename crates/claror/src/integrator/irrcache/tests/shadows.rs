@@ -192,3 +192,88 @@ fn a_plate_casts_its_shadow_into_the_cache() {
     let beside = seen[0].min(seen[8]);
     assert!(seen[5] < 0.5 * beside, "no shadow to be found: {seen:?}");
 }
+
+/// Distances of probes from what stands on the floor, in pixels of the view of [`ledge`], and the
+/// side of these.
+const BESIDE: [f32; 5] = [0.3, 0.6, 1.0, 1.5, 2.5];
+const LEDGE_PIXEL: f32 = 2.0 * 1.9 / 512.0;
+
+/// A black ledge on the floor of a room, a pixel high and nearly without thickness. The view is
+/// from above, of the surroundings of the point `x` on the floor.
+fn ledge(contact_shadows: bool, seed: u64, x: f32) -> Scene {
+    let mut t = TestScene::default();
+    let grey = t.diffuse(Rgb::splat(0.6));
+    let black = t.diffuse(Rgb::BLACK);
+    t.room(grey);
+    let half = 0.5 * f64::from(LEDGE_PIXEL);
+    for side in [-1.0, 1.0] {
+        let at = DVec3::new(1e-4 * side, -1.0 + half, 0.0);
+        let face = place(at, DVec3::X * side, DVec3::new(half, 0.5, 1.0));
+        t.shape(ShapeKind::Rectangle(face), black);
+    }
+    let lamp = place(DVec3::new(0.0, 0.99, 0.0), -DVec3::Y, DVec3::splat(0.2));
+    let lamp = t.shape(ShapeKind::Rectangle(lamp), black);
+    t.emit(lamp, Rgb::splat(10.0));
+    t.camera(DVec3::new(0.0, 0.9, 1e-3), DVec3::new(0.0, -1.0, 0.0), 90.0, 512);
+    let sensor = &mut t.tables.sensors[0];
+    sensor.sampler.seed = seed;
+    let film = Camera::new(sensor).project(Vec3::new(x, -1.0, 0.0)).expect("in view");
+    let [left, top] = [film.x, film.y].map(|middle| (middle - 64.0) as u32);
+    sensor.film.crop = CropWindow { x: left, y: top, width: 128, height: 128 };
+    let cache = IrrCacheSettings { contact_shadows: Some(contact_shadows), ..Default::default() };
+    t.tables.integrator = cached(cache);
+    t.build()
+}
+
+/// Relative errors of what the picture takes from the cache beside `x`, by distance: the means over
+/// places along the ledge and seeds, whose standard error as far as walks make it is below 0.002.
+fn errors_beside(x: f32, contact_shadows: bool) -> [f64; BESIDE.len()] {
+    let settings = ProbeSettings { batches: 4, grid: 24, seed: 5 };
+    let streams = SamplerSettings { kind: SamplerKind::Sobol, sample_count: 1, seed: 0 };
+    let mut sums = [[0.0; 4]; BESIDE.len()];
+    for seed in 1..=4 {
+        let scene = ledge(contact_shadows, seed, x);
+        let cache = build(&scene);
+        for ([found, expected, variance, served], pixels) in sums.iter_mut().zip(BESIDE) {
+            for i in 0..12_u32 {
+                let side = if i % 2 == 0 && x == 0.0 { 1.0 } else { -1.0 };
+                let to = Vec3::new(x + side * pixels * LEDGE_PIXEL, -1.0, -0.33 + 0.06 * i as f32);
+                let from = to + Vec3::new(0.3 * side, 0.5, 0.0);
+                let ray = Ray::new(from, (to - from).normalize());
+                let mut chain = Sampler::new(&streams, (0, 0), 0);
+                let probe = cache.probe(&scene, &ray, &mut chain, &settings, i, &mut 0);
+                let probe = probe.expect("a floor");
+                assert!(probe.position.distance(to) < 1e-3, "{probe:?}");
+                let Some(cached) = probe.cached else { continue };
+                *found += f64::from(cached.irradiance.luminance());
+                *expected += f64::from(probe.expected.luminance());
+                *variance += probe.variance;
+                *served += 1.0;
+            }
+        }
+    }
+    sums.map(|[found, expected, variance, served]| {
+        assert!(served > 40.0, "{served} of 48 points were served");
+        assert!(variance.sqrt() < 0.002 * expected);
+        found / expected - 1.0
+    })
+}
+
+/// What is too small for records casts a shadow all the same: beside the ledge half of the light is
+/// too much without, and nowhere more than four per cent with.
+#[test]
+fn a_ledge_of_a_pixel_casts_a_contact_shadow() {
+    let [without, with] = [false, true].map(|on| errors_beside(0.0, on));
+    assert!(without[0] > 0.4 && without[1] > 0.2, "{without:?}");
+    assert!(with.iter().all(|error| error.abs() < 0.04), "{with:?}");
+}
+
+/// Records by the foot of a wall know of it: corners become no darker.
+#[test]
+fn contact_shadows_leave_corners_as_they_are() {
+    let [without, with] = [false, true].map(|on| errors_beside(1.0, on));
+    for (without, with) in without.into_iter().zip(with) {
+        assert!(without.abs() < 0.01 && with.abs() < 0.01, "{without}, {with}");
+        assert!((with - without).abs() < 0.005, "{without}, {with}");
+    }
+}
