@@ -8,6 +8,7 @@ use crate::integrator::CAMERA_DIMENSIONS;
 use crate::integrator::light::{Origin, light_reference, power_heuristic, sample_light};
 use crate::integrator::path::{RECORD_SURVIVAL, SURE_THROUGHPUT, VERTEX_DIMENSIONS};
 use crate::interaction::SurfaceInteraction;
+use crate::math::directions::Directions;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -22,6 +23,11 @@ const ROULETTE: usize = 4;
 /// Share of the directions that a guide chooses, where there is one. With more of them the others
 /// weigh too much.
 const GUIDED: f32 = 0.35;
+
+/// Vertices from the first on at which there is a guide. Where it is not followed a weight grows by up to
+/// 1/(1 - [`GUIDED`]), and over twenty vertices by thousands: single walks would decide about a picture's
+/// mean.
+const GUIDED_VERTICES: usize = 6;
 
 /// What a walk says about the picture.
 #[derive(Debug, Clone, Copy, Default)]
@@ -160,7 +166,9 @@ impl Walks<'_> {
         }
         let is_told = bsdf.diffuse_albedo().max_component() >= LEAST_ALBEDO;
         let visit = |scale| is_told.then_some((Visit { p: si.p, n, shape: si.shape }, scale));
-        let Some(Continuation { sample, unguided }) = self.next(si, n, bsdf, u_lobe, u) else {
+        let guide = self.guide.filter(|_| bsdf.is_diffuse() && number < GUIDED_VERTICES);
+        let guide = guide.and_then(|guide| guide.at(si.p, n));
+        let Some(Continuation { sample, unguided }) = next(guide, bsdf, u_lobe, u) else {
             // Directions that cannot occur are part of the mean.
             return (Vertex { visit: visit(0.0), lit, ..Vertex::last(direct) }, None);
         };
@@ -182,33 +190,6 @@ impl Walks<'_> {
         (vertex, leads_on.then_some(sample.wi))
     }
 
-    /// A direction to go on in: at purely diffuse surfaces the guide's or the material's.
-    fn next(
-        &self,
-        si: &SurfaceInteraction,
-        n: Vec3,
-        bsdf: &BsdfAtHit,
-        u_lobe: f32,
-        u: Vec2,
-    ) -> Option<Continuation> {
-        let guide = self.guide.filter(|_| bsdf.is_diffuse());
-        let Some(guide) = guide.and_then(|guide| guide.at(si.p, n)) else {
-            let sample = bsdf.sample(u_lobe, u)?;
-            return Some(Continuation { sample, unguided: sample.weight });
-        };
-        let mut sample = bsdf.sample(u_lobe, u)?;
-        // Of a diffuse surface it is the same in all directions.
-        let unguided = sample.weight;
-        if u_lobe < GUIDED {
-            sample.wi = guide.sample(u)?.0;
-        }
-        let value = bsdf.eval(sample.wi);
-        sample.pdf = GUIDED * guide.pdf(sample.wi) + (1.0 - GUIDED) * value.pdf;
-        // Below the horizon both can be 0.
-        sample.weight = if value.pdf > 0.0 { value.value * (1.0 / sample.pdf) } else { Rgb::BLACK };
-        Some(Continuation { sample, unguided })
-    }
-
     /// Notes that `radiance` arrives at a vertex from the direction `d`.
     fn learn(&self, at: &Vertex, d: Vec3, radiance: Rgb, lessons: &mut Vec<Lesson>) {
         if let (Some(teacher), Some((visit, scale))) = (self.teacher, &at.visit) {
@@ -218,6 +199,24 @@ impl Walks<'_> {
             }
         }
     }
+}
+
+/// A direction to go on in: the material's or, at purely diffuse surfaces, a guide's.
+fn next(guide: Option<Directions>, bsdf: &BsdfAtHit, u_lobe: f32, u: Vec2) -> Option<Continuation> {
+    let mut sample = bsdf.sample(u_lobe, u)?;
+    // Of a diffuse surface it is the same in all directions.
+    let unguided = sample.weight;
+    let Some(guide) = guide else {
+        return Some(Continuation { sample, unguided });
+    };
+    if u_lobe < GUIDED {
+        sample.wi = guide.sample(u)?.0;
+    }
+    let value = bsdf.eval(sample.wi);
+    sample.pdf = GUIDED * guide.pdf(sample.wi) + (1.0 - GUIDED) * value.pdf;
+    // Below the horizon both can be 0.
+    sample.weight = if value.pdf > 0.0 { value.value * (1.0 / sample.pdf) } else { Rgb::BLACK };
+    Some(Continuation { sample, unguided })
 }
 
 /// Radiance of the environment at the end of a walk.
