@@ -95,16 +95,21 @@ fn quantiles(mut values: Vec<f32>) -> [f32; 5] {
 fn memory(info: &mut Info, cache: &CacheFile) {
     let contents = &cache.contents;
     let records = size_of_val(&contents.records[..]) as u64;
-    let hash = contents.memory_bytes() as u64 - records;
+    let surroundings = contents.surroundings_bytes() as u64;
+    let hash = contents.memory_bytes() as u64 - records - surroundings;
     let cells = contents.hash_cells();
     let mut text = format!("records {}", units::bytes(records));
+    if surroundings > 0 {
+        text.push_str(&format!(", what they saw {}", units::bytes(surroundings)));
+    }
     if let Some(cells) = cells {
         let cells = units::plural(cells as u64, "cell");
         text.push_str(&format!(", hash {} ({cells})", units::bytes(hash)));
     }
     info.line("memory", &text);
     info.json.insert("hash_cells".to_owned(), json!(cells));
-    info.json.insert("memory_bytes".to_owned(), json!({ "records": records, "hash": hash }));
+    let bytes = json!({ "records": records, "surroundings": surroundings, "hash": hash });
+    info.json.insert("memory_bytes".to_owned(), bytes);
 }
 
 fn export(args: &ExportArgs, console: &Console) -> Result<Exit, Failure> {

@@ -47,6 +47,7 @@ fn another_view_adds_to_a_cache() {
     let both = records(&folder, "a.cache");
     assert!(both > first, "{first} records, then {both}");
     let info = folder.run("cache info a.cache").expect(0).stdout;
+    assert!(info.contains("what they saw"), "{info}");
     let view = |name: &str, count| format!("\"{name}\" at (0, ") + "%" + &format!(": {count} rec");
     for (name, count) in [("front", first), ("top", both - first)] {
         let view = view(name, count);
@@ -92,6 +93,7 @@ fn caches_of_other_renders_are_refused() {
         ("room.xml -p integrator.criterion=ward88", "criterion is hessian"),
         ("room.xml -p integrator.bounces=path", "bounces is hash"),
         ("room.xml -p integrator.gather_samples=99", "gather_samples is 100"),
+        ("room.xml -p integrator.contact_shadows=false", "contact_shadows is true"),
     ] {
         for mode in ["read", "update"] {
             let render = RENDER.replace("room.xml", "").replacen("render", "", 1);

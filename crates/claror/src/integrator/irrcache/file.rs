@@ -64,10 +64,15 @@ impl CacheContents {
         self.hash.as_ref().map(IrradianceHash::cells)
     }
 
+    /// Memory that what the records saw takes, bytes; 0 where nobody asks for it.
+    pub fn surroundings_bytes(&self) -> usize {
+        size_of_val(&self.surroundings[..])
+    }
+
     /// Memory that it takes, without an index, bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(&self.records[..])
-            + size_of_val(&self.surroundings[..])
+            + self.surroundings_bytes()
             + self.hash.as_ref().map_or(0, IrradianceHash::memory_bytes)
     }
 

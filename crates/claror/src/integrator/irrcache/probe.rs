@@ -121,36 +121,23 @@ impl IrradianceCache {
             si: &seen.si,
             depth: seen.depth,
         });
-        let (mut mean, mut nearby) = ([0.0; 3], [0.0; 3]);
-        let (mut luminance, mut squares) = (0.0, 0.0);
+        let mut means = Means::default();
         for batch in 0..settings.batches {
-            let count = f64::from(batch + 1);
-            let update = |mean: &mut [f64; 3], found: Rgb| {
-                for (mean, found) in mean.iter_mut().zip(found.to_array()) {
-                    *mean += (f64::from(found) - *mean) / count;
-                }
-            };
-            let found = walks.irradiance((stream, batch), rays);
-            update(&mut mean, found);
-            let known = contact
+            let expected = walks.irradiance((stream, batch), rays);
+            let added = contact
                 .map_or(Rgb::BLACK, |contact| walks.contact(&contact, (stream, !batch), rays));
-            update(&mut nearby, known);
-            // Welford's update.
-            let difference = f64::from(found.luminance() - known.luminance());
-            let step = difference - luminance;
-            luminance += step / count;
-            squares += step * (difference - luminance);
+            means.add(expected, added);
         }
-        let batches = f64::from(settings.batches);
+        let Means { expected, added, .. } = means;
         Some(Probe {
             position: seen.si.p,
             weight: seen.throughput * seen.albedo * FRAC_1_PI,
             cached: served.as_ref().map(|Served { found, .. }| Interpolated {
-                irradiance: found.irradiance + Rgb::from(nearby.map(|m| m as f32)),
+                irradiance: found.irradiance + Rgb::from(added.map(|m| m as f32)),
                 ..*found
             }),
-            expected: Rgb::from(mean.map(|m| m as f32)),
-            variance: squares / (batches * (batches - 1.0)),
+            expected: Rgb::from(expected.map(|m| m as f32)),
+            variance: means.variance(),
         })
     }
 
@@ -171,6 +158,40 @@ impl IrradianceCache {
         } else {
             Cause::Interpolation
         }
+    }
+}
+
+/// Means over batches of walks.
+#[derive(Default)]
+struct Means {
+    batches: f64,
+    /// Irradiance by walks.
+    expected: [f64; 3],
+    /// What the picture adds to the records'.
+    added: [f64; 3],
+    /// Of the luminance of the former less the latter: mean, and sum of the squared deviations.
+    difference: f64,
+    squares: f64,
+}
+
+impl Means {
+    fn add(&mut self, expected: Rgb, added: Rgb) {
+        self.batches += 1.0;
+        for (mean, new) in [(&mut self.expected, expected), (&mut self.added, added)] {
+            for (mean, new) in mean.iter_mut().zip(new.to_array()) {
+                *mean += (f64::from(new) - *mean) / self.batches;
+            }
+        }
+        // Welford's update.
+        let difference = f64::from(expected.luminance()) - f64::from(added.luminance());
+        let step = difference - self.difference;
+        self.difference += step / self.batches;
+        self.squares += step * (difference - self.difference);
+    }
+
+    /// Of the mean difference.
+    fn variance(&self) -> f64 {
+        self.squares / (self.batches * (self.batches - 1.0))
     }
 }
 
