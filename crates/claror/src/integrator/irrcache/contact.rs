@@ -67,6 +67,7 @@ impl Contact<'_> {
         radiance * unknown.share - unknown.seen
     }
 
+    /// What the records do not know along a ray from the point; `None` where that is nothing.
     fn unknown(&self, ray: &Ray, rays: &mut u64) -> Option<Unknown> {
         let cache = self.view.cache;
         if cache.surroundings.len() != cache.records.len() {

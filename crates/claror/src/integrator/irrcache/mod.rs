@@ -5,7 +5,8 @@
 //!
 //! Rendering has two passes. The first ([`prepass`]) looks through the pixels from coarse to fine
 //! and makes a record wherever those that exist do not serve; then the cache is frozen, and every
-//! camera sample interpolates from it ([`shade`]). Diffuse light that nothing serves is estimated
+//! camera sample interpolates from it ([`shade`]), and looks for what is too near for records to know of
+//! ([`contact`]). Diffuse light that nothing serves is estimated
 //! by one ray, noisily. With `debias` p a look-up Ẽ becomes Ẽ + (X − Ẽ)/p with probability p, where
 //! X is one walk: any p above 0 takes the bias away for noise (p = 1 is X alone), and the picture
 //! gets all of its samples, since leaving pixels alone early is a bias too. Records lie on smooth

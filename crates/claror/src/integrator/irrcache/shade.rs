@@ -223,6 +223,7 @@ impl Chain<'_> {
         let irradiance = match self.cache.lookup_seen(self.scene, si, &query, &mut self.rays) {
             Some(served) => {
                 self.result.lookups.records += u64::from(served.found.records);
+                // Walks that correct all of a look-up correct that, too.
                 if self.settings.cache.debias > 0.0 {
                     self.debiased(served.found.irradiance, &at, dimension, sampler)
                 } else {
